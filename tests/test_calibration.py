@@ -382,7 +382,7 @@ EVEN = np.ones((3, *SHAPE)) * 50.0
         ),
         (
             lambda: calibrate_scale([recorded(tips(5, 1, np.ones(SHAPE))[0], 0.1)], force_n=None),
-            "force_n must be 5 positive numbers, got 0",
+            "one positive number for each of the 5 presses found, got 0",
         ),
         (
             lambda: calibrate_scale([recorded(tips(5, 1, np.ones(SHAPE))[0], 0.1)], force_n=np.ones(5)),

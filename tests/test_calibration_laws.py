@@ -49,6 +49,17 @@ def test_a_ball_leaves_a_cap(x: float, y: float, depth: float) -> None:
 
 
 @few
+@given(st.sampled_from([BALL, ROLLER]), st.floats(0.0061, 0.1))
+def test_beside_a_ball_or_roller_nothing_presses_however_deep_it_is(thing: KnownObject, depth: float) -> None:
+    wide = Points((40, 40), (1e-3, 1e-3))
+    face = thing.stress(np.array([0.0, 0.0, depth, 0.0]), wide)
+    rows, cols = np.indices(face.shape) - 19.5
+    away = np.abs(rows) if thing is ROLLER else np.hypot(rows, cols)
+    assert (face[away * 1e-3 > 0.006 + 0.8e-3] == 0).all()
+    assert face.max() > 0
+
+
+@few
 @given(st.floats(-0.004, 0.004), st.floats(-3, 3), st.floats(5e-4, 2e-3))
 def test_a_roller_leaves_a_trough_along_its_axis(across: float, turn: float, depth: float) -> None:
     square = Points((16, 16), (2e-3, 2e-3))

@@ -12,11 +12,20 @@ from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from tests.test_calibration_laws import by_tips
 
-from varishold.calibration import KnownObject, calibrate_even, calibrate_objects, calibrate_unlabelled
+from varishold.calibration import (
+    KnownObject,
+    calibrate_even,
+    calibrate_objects,
+    calibrate_scale,
+    calibrate_unlabelled,
+)
+from varishold.calibration.readings import _pressed, presses_of
 from varishold.cli.app import app
 from varishold.errors import InputError
 from varishold.recording import Pad, Recording, write
+from varishold.sensor import Sensor
 
 Floats = NDArray[np.float64]
 SHAPE, PITCH_M = (10, 12), 2e-3
@@ -204,3 +213,84 @@ def test_a_broken_taxel_that_is_marked_by_nan_stops_no_calibration() -> None:
     assert known.gains is not None
     assert np.allclose(found.gains[works], known.gains[works])
     assert np.isfinite(found.rest).all()
+
+
+def test_a_rest_that_moves_is_told_however_high_it_is() -> None:
+    still = recorded(even(0)).pads["pad"].frames
+    drift = np.linspace(0, 150, len(still))[:, None, None]
+    for rest in (0.0, 30000.0):
+        with pytest.raises(InputError, match="the rest moves: 120 taxels"):
+            calibrate_even([Recording({"pad": Pad(still + drift + rest)}, source="r.npz")])
+        assert calibrate_even([Recording({"pad": Pad(still + rest)})]).presses == 3
+
+
+def test_what_reads_high_unpressed_hides_no_end_of_the_others() -> None:
+    frames = recorded(even(1), most=600.0, kind=np.uint16).pads["pad"].frames.copy()
+    frames[2, 0, 0] = 65535
+    frames[:, 5, 5] = 4095
+    with pytest.raises(InputError, match="taxels read exactly 600 and none more: they are saturated"):
+        calibrate_even([Recording({"pad": Pad(frames)})])
+
+
+def test_taxels_that_all_end_alike_are_told_without_noise_too() -> None:
+    top = recorded(np.full((3, *SHAPE), 255.0), 0.0, kind=np.uint8)
+    with pytest.raises(InputError, match="120 of 120 taxels read exactly 255 and none more: they are saturated"):
+        calibrate_even([top])
+    # Taxels that are alike at every load are so without an end.
+    alike = recorded(np.array([80.0, 160.0, 240.0])[:, None, None] * np.ones(SHAPE), 0.0, kind=np.uint8)
+    assert np.array_equal(calibrate_even([alike]).sensor.gains, np.ones(SHAPE))
+
+
+def test_what_noise_leaves_behind_a_press_is_no_press() -> None:
+    """The two frames after a release whose load happens to rise are a part of the run, and none of its presses."""
+    rng = np.random.default_rng(5)
+    load = np.array([0, 0, 0, 40, 80, 100, 100, 80, 40, 0.9, 1.0, 0, 0, 0])
+    frames = np.tile(load, 30)[:, None, None] * np.ones((8, 8)) + rng.normal(0, 1.5, (14 * 30, 8, 8))
+    assert presses_of([Recording({"pad": Pad(frames)})], Sensor()).n == 30
+    runs = [range(4), range(4, 6)]
+    pad = Pad(np.concatenate([np.full((4, 8, 8), 50.0), np.full((2, 8, 8), 0.1)]))
+    assert _pressed(pad, runs, np.zeros((8, 8)), 1.0) == runs[:1]
+    assert _pressed(pad, runs, np.zeros((8, 8)), 0.001) == runs
+    assert _pressed(pad, runs, None, 1.0) == runs
+    assert _pressed(pad, runs, np.full((8, 8), 60.0), 1.0) == runs
+
+
+def test_presses_that_are_no_more_alike_with_their_pressures_are_told_other_causes() -> None:
+    frames = np.minimum(even(2, 0.3), 500.0) + np.random.default_rng(1).normal(0, 3, (3, *SHAPE))
+    with pytest.raises(InputError, match="in a line: then give the pressures"):
+        calibrate_even([recorded(frames)])
+    with pytest.raises(InputError, match="readings end below the strongest: then leave out what reaches it"):
+        calibrate_even([recorded(frames)], pressure_pa=[400, 700, 1000])
+
+
+def test_an_even_pressure_is_no_ball() -> None:
+    flat = np.array([300, 600, 900, 400, 500, 800])[:, None, None] * np.ones(SHAPE)
+    with pytest.raises(InputError, match=r"r\.npz: is not of a ball of 0\.012 m: .* cover the whole pad"):
+        calibrate_objects([recorded(flat)], [KnownObject("ball", 0.012)])
+
+
+def test_forces_of_other_presses_are_refused() -> None:
+    recording, options = by_tips(3, 150)
+    forces = options["force_n"]
+    assert calibrate_scale([recording], force_n=forces).presses == 150
+    # As many as there are, from the second one on.
+    with pytest.raises(InputError, match=r"the forces are not those of the presses.*correlation -?0\.\d\d"):
+        calibrate_scale([recording], force_n=np.roll(forces, -1))
+
+
+def test_known_gains_are_kept_where_presses_of_anything_tell_none() -> None:
+    rng = np.random.default_rng(2)
+    y, x = np.indices(SHAPE)
+    places = rng.uniform((0, 0), SHAPE, (80, 2))[:, :, None, None]
+    bumps = 800 * np.exp(-((y - places[:, 0]) ** 2 + (x - places[:, 1]) ** 2) / 18)
+    bumps[:, 4, 6] = 0.0
+    known = Sensor(gains=1 + 0.01 * rng.standard_normal(SHAPE))
+    found = calibrate_unlabelled([recorded(bumps)], sensor=known)
+    assert any("were not applied" in note for note in found.notes)
+    works = np.ones(SHAPE, np.bool_)
+    works[4, 6] = False
+    assert found.sensor.gains is not None
+    assert known.gains is not None
+    assert np.array_equal(found.sensor.gains, np.where(works, known.gains, 0.0))
+    uneven = calibrate_unlabelled([recorded(bumps * even(3)[2] / 1000)], sensor=known)
+    assert "the gains that were known are left: these take their place" in uneven.notes

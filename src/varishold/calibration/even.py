@@ -98,7 +98,7 @@ def calibrate_even(
     weight = (np.median(found.frames[:, usable], axis=1) / np.maximum(found.noise, 1e-12 * found.frames.max())) ** 2
     gains = np.average(beside, axis=0, weights=weight)
     gains = gains / np.median(gains[usable])
-    _check_even(beside, usable, found)
+    _check_even(beside, usable, found, curved=curve is not None)
     bent, bent_words = _bent(beside, gains, usable, found)
     # What goes with the load is the same however many presses there are.
     spread = np.hypot(_error(beside, weight, found), bent)
@@ -188,7 +188,7 @@ def _check_reached(found: Presses) -> None:
             )
 
 
-def _check_even(beside: Floats, usable: NDArray[np.bool_], found: Presses) -> None:
+def _check_even(beside: Floats, usable: NDArray[np.bool_], found: Presses, *, curved: bool) -> None:
     """Refuse repeated presses that do not load the pad alike."""
     if found.n < 2:
         return
@@ -199,9 +199,14 @@ def _check_even(beside: Floats, usable: NDArray[np.bool_], found: Presses) -> No
     wrong = np.flatnonzero(off > _MOST_DIFFERENCE + 3 * noise)
     if wrong.size:
         i = int(wrong[0])
+        other = (
+            "readings end below the strongest: then leave out what reaches it"
+            if curved
+            else "readings do not follow load in a line: then give the pressures"
+        )
         raise InputError(
             f"{found.where(i)} loads the pad otherwise than the others: its taxels differ by {100 * off[i]:.0f} % from "
-            "their own median; it was not even, or readings do not follow load in a line: then give the pressures"
+            f"their own median; it was not even, or {other}"
         )
 
 

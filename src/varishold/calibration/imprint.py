@@ -185,8 +185,9 @@ def _disc(size_m: float, at: Floats, pad: Points) -> Floats:
 
 
 def _below(radius_m: float, distance_2: Floats, depth_m: Floats | float) -> Floats:
+    """Return how deep a round face is below the pad; beside it there is nothing, however deep it is pressed."""
     gap = radius_m - np.sqrt(np.maximum(radius_m**2 - distance_2, 0.0))
-    return np.maximum(depth_m - gap, 0.0)
+    return np.where(distance_2 < radius_m**2, np.maximum(depth_m - gap, 0.0), 0.0)
 
 
 def _guess_ball(size_m: float, left: Print) -> Guess:

@@ -39,6 +39,8 @@ _DEAD_WORTH, _WELL = 0.9, 1.5
 _LARGEST = 50.0
 # Above this share of a frame's peak a taxel is taken for pressed in the first guess.
 _PRESSED = 0.1
+# A press of something smaller than the pad leaves more of its taxels alone than this share leaves.
+_COVERED = 0.98
 # Constants beside the response's: logarithm of full scale beside depth, dead band, blur squared.
 _SCALE, _DEAD, _BLUR = 0, 1, 2
 # How large a dead band may be, and what is none to a fit that wants room.
@@ -175,6 +177,7 @@ def calibrate_objects(
         )
     _check_enough(recordings, each, found)
     _check_sizes(each, found.usable.shape, found.pitch_m)
+    _check_edges(each, found, found.pitch_m)
     points = Points(found.usable.shape, found.pitch_m)
     span = float(np.quantile(found.frames[:, found.usable].max(axis=1), 0.95))
     base = dataclasses.replace(
@@ -211,6 +214,20 @@ def _check_sizes(things: Sequence[KnownObject], shape: tuple[int, ...], pitch_m:
             raise InputError(
                 f"a {thing.kind} of {thing.size_m:g} m on a pad that is {across:.3g} m across, taxels "
                 f"{min(pitch_m):.3g} m apart: sizes and pitch are in metres"
+            )
+
+
+def _check_edges(things: Sequence[KnownObject], found: Presses, pitch_m: tuple[float, float]) -> None:
+    """Refuse presses of the whole pad where what is said to press is smaller: a blur would explain them."""
+    narrow = min(side * spacing for side, spacing in zip(found.usable.shape, pitch_m, strict=True))
+    values = found.frames[:, found.usable]
+    covered = np.mean(values > _PRESSED * values.max(axis=1, keepdims=True), axis=1)
+    for number, thing in enumerate(things):
+        if thing.size_m < narrow and np.median(covered[found.recording == number]) > _COVERED:
+            raise InputError(
+                f"{found.sources[number]}: is not of a {thing.kind} of {thing.size_m:g} m: its presses cover the whole "
+                "pad; if what pressed was even, calibrate from it so",
+                parameter="kind",
             )
 
 

@@ -147,27 +147,23 @@ def presses_of(
         _check_changes(here, source)
         sigma = recording_noise(here.frames, here.field, here.valid)
         rest = _rest(here, loaded, sigma, source)
-        runs = [part for run in loaded for part in _parts(here, run, rest)]
+        runs = [part for run in loaded for part in _pressed(here, _parts(here, run, rest), rest, sigma)]
         if rest is None:
             notes.append(f"{source}: no unloaded frame: its rest is taken as known")
         else:
             rests.append(rest)
-        highest = float(here.frames[:, here.usable].max())
-        for run in runs:
-            values = _numbers(here.frames[run.start : run.stop])
-            totals = values[:, here.usable].sum(axis=1)
-            if not totals.max() > 0:
-                raise InputError(
-                    f"{source}: press {len(frames)}: its readings lie below their rest on the mean: the rest sways, "
-                    "as by the hum of the mains, or a sensor file says another rest; keep it still, and record again"
-                )
-            above = values - (0.0 if rest is None else rest)
-            held = _held(above[:, here.usable].sum(axis=1), sigma * np.sqrt(np.count_nonzero(here.usable)))
-            plateau = values[held]
-            words = _ended(plateau[:, here.usable], highest, sigma)
+        on = here.usable
+        held = [
+            _held_frames(here, run, rest, sigma, f"{source}: press {len(frames) + k}") for k, run in enumerate(runs)
+        ]
+        # What reads high unpressed, as a taxel that sticks does, is no end of the others.
+        highest = max(float(values[:, on][above[:, on] > 0].max(initial=0.0)) for values, above in held)
+        exact = sigma == 0 and any(values[:, on].min() == values[:, on].max() < highest for values, _ in held)
+        for values, above in held:
+            words = _ended(values[:, on], highest, exact=exact)
             ended += [] if words is None else [f"{source}: press {len(frames)}: {words}"]
-            frames.append(above[held].mean(axis=0))
-            noise.append(sigma / np.sqrt(len(plateau)))
+            frames.append(above.mean(axis=0))
+            noise.append(sigma / np.sqrt(len(values)))
             which.append(number)
     if len(ended) > most_ended * len(frames):
         raise InputError(f"{ended[0]} are saturated, and nothing can be told of them; press less")
@@ -203,19 +199,20 @@ def _check_changes(pad: Pad, source: str) -> None:
         raise InputError(f"{source}: no reading ever changes: record presses with pauses between them")
 
 
-def _ended(plateau: Floats, highest: float, sigma: float) -> str | None:
+def _ended(plateau: Floats, highest: float, *, exact: bool) -> str | None:
     """Return which taxels of a press are at the end of what they can read, in words; None where there are few or none.
 
-    Where readings end, many taxels share the highest one of the recording, and few are just below it.
+    Where readings end, many taxels share the highest one of all presses, and few are just below it. Taxels that are
+    exactly alike at lower readings too are so without an end.
     """
     strongest = plateau.max(axis=0)
     at_end = strongest == highest
     n = int(np.count_nonzero(at_end))
     if n < max(_FEWEST_ENDED, _ENDED * at_end.size):
         return None
-    below = strongest[~at_end]
+    below = strongest[strongest < highest]
     next_below = int(np.count_nonzero(below == below.max())) if below.size else 0
-    steady = sigma > 0 and bool((plateau[:, at_end] == highest).all()) and len(plateau) > 1
+    steady = not exact and bool((plateau[:, at_end] == highest).all()) and len(plateau) > 1
     if n <= _PILED * next_below or not (below.size or steady):
         return None
     return f"{n} of {at_end.size} taxels read exactly {highest:g} and none more: they"
@@ -233,6 +230,19 @@ def _only(recording: Recording, pad: str | None, source: str) -> Recording:
     return Recording(
         {chosen: recording.pads[chosen]}, recording.time_s, recording.unit, recording.sensor, recording.source
     )
+
+
+def _held_frames(pad: Pad, run: range, rest: Floats | None, sigma: float, what: str) -> tuple[Floats, Floats]:
+    """Return the frames in which a press is held, as they were read and above rest, each (n_held, rows, cols)."""
+    values = _numbers(pad.frames[run.start : run.stop])
+    if not values[:, pad.usable].sum(axis=1).max() > 0:
+        raise InputError(
+            f"{what}: its readings lie below their rest on the mean: the rest sways, as by the hum of the mains, or a "
+            "sensor file says another rest; keep it still, and record again"
+        )
+    above = values - (0.0 if rest is None else rest)
+    held = _held(above[:, pad.usable].sum(axis=1), sigma * np.sqrt(np.count_nonzero(pad.usable)))
+    return values[held], above[held]
 
 
 def _held(load: Floats, sigma: float) -> NDArray[np.bool_]:
@@ -257,6 +267,15 @@ def _parts(pad: Pad, run: range, rest: Floats | None = None) -> list[range]:
     behind = (total > 0) & (load < _SKIRT * load[left]) & (np.arange(len(load)) > left)
     cuts = (np.flatnonzero((alike < _ALIKE) & ~ahead[:-1] & ~behind[1:]) + 1).tolist()
     return [range(run.start + a, run.start + b) for a, b in itertools.pairwise([0, *cuts, len(values)])]
+
+
+def _pressed(pad: Pad, parts: list[range], rest: Floats | None, sigma: float) -> list[range]:
+    """Return the parts of a run that bear more than noise: what follows a press may be cut off it, and is none."""
+    if rest is None or len(parts) < 2:
+        return parts
+    least = _HOLD_SIGMAS * sigma * np.sqrt(np.count_nonzero(pad.usable))
+    above = [(pad.frames[part.start : part.stop] - rest)[:, pad.usable].sum(axis=1).max() for part in parts]
+    return [part for part, load in zip(parts, above, strict=True) if load > least] or parts
 
 
 def _climb(load: Floats) -> int:
@@ -301,8 +320,10 @@ def _check_still(pad: Pad, quiet: NDArray[np.intp], runs: list[range], sigma: fl
     for k in (0, 1):
         if not seen[k]:
             ends[k] = np.sort(parts[k][np.argsort(totals[parts[k]], kind="stable")[:_FEWEST_AT_END]])
-    moved = (np.median(pad.frames[ends[1]], axis=0) - np.median(pad.frames[ends[0]], axis=0))[pad.usable]
-    peak = float(np.median([pad.frames[run.start : run.stop][:, pad.usable].max() for run in runs]))
+    first = np.median(pad.frames[ends[0]], axis=0)
+    moved = (np.median(pad.frames[ends[1]], axis=0) - first)[pad.usable]
+    # Of a press what it adds: a rest may be high beside it.
+    peak = float(np.median([(pad.frames[run.start : run.stop] - first)[:, pad.usable].max() for run in runs]))
     if not all(seen) and np.abs(np.median(moved)) > _HELD * peak:
         return
     error = 1.25 * sigma * np.sqrt(1 / ends[0].size + 1 / ends[1].size)

@@ -21,6 +21,8 @@ Floats = NDArray[np.float64]
 #: Taxels that a press may share its force among: of a broader one the total says nothing of a single taxel.
 BROADEST_TIP = 6.0
 _FEWEST_PRESSES = 100
+# Forces that differ by more than this must go with what the presses bear at least so well (correlation of logarithms).
+_DIFFERENT, _TOGETHER = 0.1, 0.2
 # Spread of the gains that is expected before anything is known.
 _PRIOR = 0.25
 
@@ -55,7 +57,7 @@ def calibrate_scale(
     Raises
     ------
     InputError
-        If presses are broad, too few, or `force_n` is missing.
+        If presses are broad, too few, or `force_n` is missing, or does not go with what they bear.
     """
     known = sensor or Sensor()
     found = presses_of(recordings, known, pad=pad)
@@ -74,7 +76,8 @@ def calibrate_scale(
     told = np.empty(0) if force_n is None else np.asarray(force_n, dtype=np.float64).ravel()
     if told.size != found.n or not np.all(np.isfinite(told) & (told > 0)):
         raise InputError(
-            f"a scale tells the force of every press: force_n must be {found.n} positive numbers, got {told.size}",
+            f"a scale tells the force of every press: force_n must be one positive number for each of the {found.n} "
+            f"presses found, got {told.size}",
             parameter="force_n",
         )
     if found.n < _FEWEST_PRESSES:
@@ -82,6 +85,7 @@ def calibrate_scale(
             f"gains cannot be told from {found.n} presses of a tip: {_FEWEST_PRESSES} are the least, "
             "300 all over the pad good"
         )
+    _check_together(np.log(np.maximum(positive.sum(axis=(1, 2)), 1e-300)), np.log(told))
     gains, error, seen = _solved(stress[:, found.usable], told)
     halves = [_solved(stress[k::2][:, found.usable], told[k::2])[0] for k in (0, 1)]
     spread_error = float(np.std(halves[0][seen] - halves[1][seen]) / 2)
@@ -125,6 +129,18 @@ def calibrate_scale(
         ),
     )
     return dataclasses.replace(outcome, sensor=dataclasses.replace(made, calibration=outcome.record()))
+
+
+def _check_together(load: Floats, force: Floats) -> None:
+    """Refuse forces of other presses: they differ, and presses of larger ones bear no more."""
+    if np.std(force) > _DIFFERENT and np.std(load) > 0:
+        together = float(np.corrcoef(load, force)[0, 1])
+        if together < _TOGETHER:
+            raise InputError(
+                f"the forces are not those of the presses: where they are larger the pad reads no more (correlation "
+                f"{together:.2f}); give each press its own, in the order in which they were recorded",
+                parameter="force_n",
+            )
 
 
 def _solved(stress: Floats, force_n: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:

@@ -139,7 +139,10 @@ def calibrate_unlabelled(
         notes.append(
             f"{np.count_nonzero(silent)} taxels were hardly pressed: their gain is taken as 1; press there too"
         )
-    map_ = np.where(broken, 0.0, np.exp(gains - np.median(gains[found.usable])) if applied else 1.0)
+    if applied and known.gains is not None:
+        notes.append("the gains that were known are left: these take their place")
+    kept = np.ones(found.usable.shape) if known.gains is None else known.gains
+    map_ = np.where(broken, 0.0, np.exp(gains - np.median(gains[found.usable])) if applied else kept)
     made = dataclasses.replace(
         known,
         shape=found.usable.shape,
