@@ -49,6 +49,8 @@ size_t vh_contacts_work(int rows, int cols, int n_levels)
 static int take_thresholds(const vh_real *thresholds, int n, vh_real *levels)
 {
     int falls = 1, rises = 1;
+    if (n < 1)
+        return 1;
     for (int i = 0; i + 1 < n; i++) {
         falls &= thresholds[i] >= thresholds[i + 1];
         rises &= thresholds[i] <= thresholds[i + 1];

@@ -52,6 +52,42 @@ def test_the_noise_of_the_kernel_is_that_of_a_frame() -> None:
         assert found == pytest.approx(frame_noise(frame, valid=usable), rel=1e-9)
 
 
+class _Frame(ctypes.Structure):
+    """struct vh_frame of varishold.h."""
+
+    _fields_ = [
+        *((name, ctypes.c_void_p) for name in ("frame", "field", "valid", "thresholds")),
+        *((name, ctypes.c_double) for name in ("row_pitch", "col_pitch", "floor", "timed_sigma")),
+        *((name, ctypes.c_int32) for name in ("rows", "cols", "n_levels", "reserved")),
+        *((name, ctypes.c_void_p) for name in ("padded", "label", "dead", "work")),
+        *((name, ctypes.c_void_p) for name in ("places", "values", "measures", "counts", "order")),
+        *((name, ctypes.c_double) for name in ("sigma", "reach", "rest_0", "rest_1", "rest_2")),
+        *((name, ctypes.c_int32) for name in ("n_contacts", "n_ordered", "n_events", "has_gaps")),
+    ]
+
+
+@pytest.mark.parametrize("given", [True, False])
+def test_no_threshold_at_all_measures_nothing_and_reads_none(given: bool) -> None:
+    room, find = bind("vh_contacts_work", "iii", "z"), bind("vh_find_contacts", "p", "i")
+    measure = bind("vh_measure_contacts", "p", "")
+    frame, thresholds = np.zeros((5, 6)), np.full(3, np.nan)
+    frame[2:4, 2:4] = 1.0
+    padded, label, dead = np.empty(56), np.empty(56, np.int32), np.empty(30, np.uint8)
+    places, values, order = np.empty(9, np.int64), np.empty(2), np.empty(1, np.int32)
+    measures, counts = np.full(1, -7.0), np.full(1, -7, np.int64)
+    # What a work space held before is no threshold either.
+    work = np.full(room(5, 6, 0) // 8 + 1, np.nan)
+    task = _Frame(address(frame), None, None, address(thresholds) + 8 if given else None, 1, 1, 0.1, -1, 5, 6, 0, 0)
+    task.padded, task.label, task.dead, task.work = map(address, (padded, label, dead, work))
+    task.places, task.values, task.measures, task.counts, task.order = map(
+        address, (places, values, measures, counts, order)
+    )
+    assert find(ctypes.addressof(task)) == 0
+    assert task.n_contacts == 1
+    measure(ctypes.addressof(task))
+    assert (measures[0], counts[0]) == (-7.0, -7)
+
+
 def test_both_libraries_give_the_same_bits() -> None:
     """What was compiled for wider registers computes in the same order."""
     if not Path(binding.library()._name).name.startswith("varishold_avx"):
