@@ -21,6 +21,7 @@ from varishold.calibration import (
     calibrate_scale,
     calibrate_unlabelled,
 )
+from varishold.calibration.imprint import Points
 from varishold.calibration.readings import _pressed, presses_of
 from varishold.cli.app import app
 from varishold.errors import InputError
@@ -294,3 +295,15 @@ def test_known_gains_are_kept_where_presses_of_anything_tell_none() -> None:
     assert np.array_equal(found.sensor.gains, np.where(works, known.gains, 0.0))
     uneven = calibrate_unlabelled([recorded(bumps * even(3)[2] / 1000)], sensor=known)
     assert "the gains that were known are left: these take their place" in uneven.notes
+
+
+def test_readings_that_end_under_a_ball_are_no_response_that_bends() -> None:
+    ball, pad = KnownObject("ball", 0.02), Points((16, 16), (PITCH_M, PITCH_M))
+    rng = np.random.default_rng(4)
+    places = np.stack([*rng.uniform(-0.004, 0.004, (2, 10)), rng.uniform(5e-4, 3e-3, 10)], axis=1)
+    faces = np.array([ball.stress(place, pad) for place in places])
+    frames = 900 * faces / faces.max()
+    found = calibrate_objects([recorded(frames)], [ball])
+    assert "the response is linear, as far as these presses tell" in found.notes
+    with pytest.raises(InputError, match="taxels read exactly 500 and none more: they are saturated"):
+        calibrate_objects([recorded(frames, most=500.0)], [ball])

@@ -162,7 +162,7 @@ def calibrate_objects(
     ------
     InputError
         If there are fewer than `FEWEST_OF_EACH` presses of an object, the pitch is unknown, the rest
-        moves, or the presses are not of the objects named.
+        moves, readings end, or the presses are not of the objects named.
     """
     known = sensor or Sensor()
     if len(objects) not in (1, len(recordings)):
@@ -170,7 +170,8 @@ def calibrate_objects(
             f"give one known object for all recordings or one for each: got {len(objects)} for {len(recordings)}"
         )
     each = list(objects) * (len(recordings) if len(objects) == 1 else 1)
-    found = presses_of(recordings, known, pad=pad)
+    # Readings that end look like a response that bends.
+    found = presses_of(recordings, known, pad=pad, most_ended=0.0)
     if found.pitch_m is None:
         raise InputError(
             "known objects need the taxels' pitch, in the recordings or in the sensor file", parameter="pitch_m"
