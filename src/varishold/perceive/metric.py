@@ -72,7 +72,10 @@ class Metric:
         return replace(self, covariance=(covariance + covariance.T) / 2)
 
     def of(self, known: NDArray[np.bool_]) -> Self:
-        """Return the metric of the known numbers alone; of the last few choices it is made once."""
+        """Return the metric of the known numbers alone; of the last few choices it is made once.
+
+        :meta private:
+        """
         if known.all():
             return self
         key = known.tobytes()

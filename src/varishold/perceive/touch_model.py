@@ -111,6 +111,8 @@ class TouchModel:
 
         Where it succeeded it may yet fail another time. Where it was not tried, its object's rate counts; where no
         example ever failed, or none was made, nothing is said.
+
+        :meta private:
         """
         if not (self.failed.any() and self.made.any()):
             return np.zeros(len(owner))
@@ -174,7 +176,10 @@ class TouchModel:
         return np.where(made, self._log_kernel(examples, values, known), np.nan)
 
     def log_others(self, values: Floats) -> float:
-        """Log of the mean likelihood of one touch under all other things; 0 where there are none."""
+        """Log of the mean likelihood of one touch under all other things; 0 where there are none.
+
+        :meta private:
+        """
         known = np.isfinite(values)
         if not known.any() or not len(self.others):
             return 0.0
