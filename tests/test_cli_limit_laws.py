@@ -254,7 +254,7 @@ def test_an_exported_circuit_is_named_by_its_model_and_checked_first(
     assert all(Path(line).exists() for line in lines)
     assert [path for path, *_ in checked] == [Path(line) for line in lines]
     assert all(
-        (kind, how) == ("source", {"inputs": [Path("my_model.json")], "force": True}) for _, kind, how in checked
+        (kind, how) == ("circuit", {"inputs": [Path("my_model.json")], "force": True}) for _, kind, how in checked
     )
     shown = said("grasp", "tables", "my_model.json")
     assert "cone" in shown

@@ -223,5 +223,5 @@ def test_options_are_whole_numbers() -> None:
         with pytest.raises(InputError, match="at least 1, got " + repr(shots[-1]).replace("(", r"\(")):
             _check_options(shots, 0, 1)  # type: ignore[arg-type]
     for seed in (True, -1, 1.0, None):
-        with pytest.raises(InputError, match=f"at least 0, got {seed!r}"):
+        with pytest.raises(InputError, match=f"from 0 to 4294967295, got {seed!r}"):
             _check_options((), seed, 1)  # type: ignore[arg-type]
