@@ -22,6 +22,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
 from benchmarks._figures import figure, share
+from varishold.cli.hand_file import require_library_of
+from varishold.errors import InputError
 from varishold.exploration import TOUCHES, Grip, touch_all
 from varishold.exploration.hand_library import EXAMPLE_TRUST, GRIP_TRUST
 from varishold.hand import OBJECTS, HandSetting, Job, read_hand, run_jobs
@@ -216,11 +218,17 @@ def main(argv: Sequence[str] = ()) -> None:
     options = parser.parse_args(list(argv))
     if (options.hand is None) != (options.library is None):
         parser.error("--hand and --library go together")
+    if options.hand is None:
+        setting, known, hands = evaluation_setting(), shipped_library(), _HANDS
+    else:
+        try:
+            hand, known = read_hand(options.hand), read_library(options.library)
+            require_library_of(hand, known, where=str(options.library), given=options.hand)
+        except InputError as error:
+            parser.error(str(error))
+        setting, hands = evaluation_setting(hand=hand), {hand.name: ()}
+        known = clocked(known, setting, options.processes)
     print(f"  {WHAT_DIFFERS}")
-    setting = evaluation_setting(hand=None if options.hand is None else read_hand(options.hand))
-    known, hands = shipped_library(), _HANDS
-    if options.hand is not None:
-        known, hands = clocked(read_library(options.library), setting, options.processes), {options.hand: ()}
     jobs = [
         Job(name, size_m, _FIRST_SEED + 10_000_000 * options.seed + 100_000 * k + 1000 * j + n)
         for k, name in enumerate(OBJECTS)

@@ -185,7 +185,7 @@ class Belief:
         """Return the belief after the object was moved: object and size stay, its pose is unknown again."""
         prior = self.library.size_prior
         top = self.log_weight.max()
-        told = (self.library.members * np.exp(self.log_weight - top)) @ prior
+        told = self.library.members @ (np.exp(self.log_weight - top)[:, None] * prior)
         before = self.library.members @ prior
         # What the particles of each size said on the whole stays as what is known of the size.
         said = np.log(np.maximum(told, 1e-300)) - np.log(np.maximum(before, 1e-300)) + top
@@ -200,12 +200,12 @@ class Belief:
         top = table.max(axis=1, keepdims=True)
         likelihood = np.exp(np.maximum(table - top, _FLOOR))
         kind = self.library.kind
-        of_size = (prior @ likelihood.T)[np.arange(len(kind)), kind]
+        of_size = np.einsum("ns,ns->n", prior, likelihood[kind])
         log_particle = self.log_weight + np.log(np.maximum(of_size, 1e-300)) + top[kind, 0] + self.library.log_prior
         weight = np.exp(log_particle - log_particle.max())
         # Each particle's share of its object's poses is in it; what is common to an object's kinds is left out.
-        inner = np.exp(self.log_weight - self.log_weight.max() + self.library.log_prior)
-        per_size = ((self.library.members * inner) @ prior) * likelihood
+        inner = np.exp(self.log_weight - self.log_weight.max() + self.library.log_prior)[:, None] * prior
+        per_size = (self.library.members @ inner) * likelihood
         objects = self.library.object_of_kind
         most = np.full(len(self.library.objects), -np.inf)
         np.maximum.at(most, objects, top[:, 0])

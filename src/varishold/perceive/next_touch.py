@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from varishold.errors import require
 from varishold.perceive.belief import Belief
-from varishold.perceive.library import Library
 from varishold.perceive.touch_model import TouchModel, squared_distances
 
 __all__ = ["NextTouch", "expected_information", "time_until_sure"]
@@ -82,11 +81,7 @@ def expected_information(belief: Belief, touch: str) -> float:
     fails = np.exp(model.log_success(library.kind, failed=True)) if model.failed.any() else np.zeros(len(library))
     by_name = np.bincount(library.owner, weights=belief.particles, minlength=n_objects)
     failed = np.bincount(library.owner, weights=belief.particles * fails, minlength=n_objects)
-    # Particles in which the touch was made stand for all of their object's that it succeeds in.
-    weight = np.where(model.made, belief.particles, 0.0)
-    made = np.bincount(library.owner, weights=weight, minlength=n_objects)
-    weight = weight * ((by_name - failed) / np.maximum(made, 1e-300))[library.owner]
-    imagined = _imagined(weight, library, _PARTICLES)
+    imagined = _imagined(belief, model.made, by_name - failed, _PARTICLES)
     if imagined is None:
         return 0.0
     after = imagined.names_after(imagined.explained(model))
@@ -120,10 +115,7 @@ def time_until_sure(belief: Belief, takes: Mapping[str, float], error: float) ->
     library, n_objects = belief.library, len(belief.library.objects)
     whole = np.logical_and.reduce([library.touches[touch].made for touch in takes])
     by_name = np.bincount(library.owner, weights=belief.particles, minlength=n_objects)
-    weight = np.where(whole, belief.particles, 0.0)
-    made = np.bincount(library.owner, weights=weight, minlength=n_objects)
-    weight = weight * (by_name / np.maximum(made, 1e-300))[library.owner]
-    imagined = _imagined(weight, library, _PARTICLES_OF_PAIRS)
+    imagined = _imagined(belief, whole, by_name, _PARTICLES_OF_PAIRS)
     if imagined is None:
         return {}
     usual = float(np.mean([*takes.values()]))
@@ -153,7 +145,7 @@ class _Imagined:
     Parameters
     ----------
     rows : ndarray of shape (n,), int
-        The likeliest particles.
+        The particles, as `_thinned` leaves them.
     share : ndarray of shape (n,)
         Their probabilities, which sum to one.
     member : ndarray of shape (n, n_names)
@@ -201,12 +193,16 @@ class _Imagined:
         return np.asarray(self._prior / np.maximum(others @ self._told, 1e-300))
 
 
-def _imagined(weight: Floats, library: Library, most: int) -> _Imagined | None:
-    """Imagine outcomes among so many particles at most, by their weights (n,); None where all are nothing.
+def _imagined(belief: Belief, known: NDArray[np.bool_], by_name: NDArray[Any], most: int) -> _Imagined | None:
+    """Imagine outcomes among so many particles at most, of those that know the touch; None where none is likely.
 
-    Evenly spaced over the cumulated weights, so that the same belief always imagines the same outcomes.
+    They stand for all of their objects', whose probabilities are `by_name`. Outcomes are evenly spaced over the
+    cumulated weights, so that the same belief always imagines the same ones.
     """
-    rows, share = _thinned(weight, most)
+    library = belief.library
+    weight = np.where(known, belief.particles, 0.0)
+    of_known = np.bincount(library.owner, weights=weight, minlength=len(by_name))
+    rows, share = _thinned(weight * (by_name / np.maximum(of_known, 1e-300))[library.owner], most)
     if not rows.size:
         return None
     picks = np.searchsorted(np.cumsum(share), (np.arange(_OUTCOMES) + 0.5) / _OUTCOMES)

@@ -113,13 +113,15 @@ def _presses(
     if _PRESS not in told:
         return (np.arange(n_rows), known) if known else (None, {})
     given = as_counts(told[_PRESS]) if told[_PRESS].dtype.kind == "f" else told[_PRESS]
-    at = next((k for k, number in enumerate(given.tolist()) if as_number(str(number)) not in range(-1, n_rows)), None)
-    if at is not None:
+    counts = np.array([as_number(cell) for cell in given.tolist()], float) if given.dtype.kind == "U" else given
+    odd = np.flatnonzero(~((counts >= -1) & (counts < n_rows) & (counts == np.trunc(counts))))
+    if odd.size:
+        at = int(odd[0])
         raise FormatError(
             f"{path}: column 'press' must be whole numbers from 0 to {n_rows - 1}, -1 for none; got "
             f"{str(given[at])[:40]!r} in line {at + first_line}"
         )
-    press = given.astype(np.int64)
+    press = counts.astype(np.int64)
     numbers, begun = np.unique(press, return_index=True)
     rows = np.zeros(int(press.max()) + 1, np.intp)
     rows[numbers[numbers >= 0]] = begun[numbers >= 0]

@@ -64,17 +64,18 @@ def _read(path: Path, options: Options) -> Recording:
     for frame, ((row, at), end) in enumerate(zip(starts, ends, strict=True)):
         if end - row != height:
             raise FormatError(f"{path}: frame {frame} (line {at}) has {end - row} rows, Rows says {height}")
-    known = [time for time in map(_seconds, clocks) if time is not None]
+    times = [_seconds(clock) for clock in clocks]
+    known = [time for time in times if time is not None]
     try:
         frames = rows.values().reshape(-1, height, width)
         pad = Pad(frames, pitch_m=options.pitch_m, polarity=options.polarity)
         return Recording(
             {UNNAMED_PAD: pad},
-            time_s=np.array(known) - known[0] if known and len(known) == len(clocks) else None,
+            time_s=np.array(known) - known[0] if known and len(known) == len(times) else None,
             unit=keys.get("units") or keys.get("pressure units") or "raw",
             sensor=keys.get("sensor", ""),
             source=str(path),
-            notes=(*_clock_notes(clocks), *encoding_notes(path)),
+            notes=(*_clock_notes(clocks, times), *encoding_notes(path)),
         )
     except InputError as error:
         raise FormatError(f"{path}: {error}") from error
@@ -99,11 +100,11 @@ def _seconds(clock: str) -> float | None:
     return int(match[1]) * 3600 + int(match[2]) * 60 + float(match[3].replace(",", "."))
 
 
-def _clock_notes(clocks: list[str]) -> list[str]:
-    """Say which frame keeps times from being read, where others have one or it has another."""
-    wrong = next((k for k, clock in enumerate(clocks) if _seconds(clock) is None), None)
-    if wrong is None or not any(clocks):
+def _clock_notes(clocks: list[str], times: list[float | None]) -> list[str]:
+    """Say which frame's time cannot be read, so that none is; nothing where no frame has one."""
+    if None not in times or not any(clocks):
         return []
+    wrong = times.index(None)
     return [f"no time is read: that of frame {wrong} must be HH:MM:SS.FFF, got {clocks[wrong][:40] or 'nothing'!r}"]
 
 
