@@ -4,8 +4,7 @@ Run: ``python -m benchmarks.perceive_order [--examples 6] [--seed 5] [--first gr
 each example every touch is made once, and clocked in the simulation; orders and choice are then replayed on the same
 touches, with the same rule for stopping. Beside the whole hand: one without pads, and one whose joints are not known
 either, which needs more touches; both have learned what they know without what they lack. Of another hand, as
-three-finger, the library is what it has felt; how long its touches take is clocked on things of other seeds.
-Development used seed 90.
+three-finger, the library is what it has felt. Development used seed 90.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
 from benchmarks._figures import figure, share
 from varishold.cli.hand_file import require_library_of
-from varishold.errors import InputError
+from varishold.errors import InputError, require
 from varishold.exploration import TOUCHES, Grip, touch_all
 from varishold.exploration.hand_library import EXAMPLE_TRUST, GRIP_TRUST
 from varishold.hand import OBJECTS, HandSetting, Job, read_hand, run_jobs
@@ -75,15 +74,6 @@ class _Example:
         )
 
 
-def clocked(library: Library, setting: HandSetting, processes: int | None) -> Library:
-    """Return a library that knows how long the hand's touches take, by one thing of each kind."""
-    # Pads take the computer's time and none of the hand's.
-    jobs = [Job(name, _SIZES_M[1], _FIRST_SEED + 9_000_000 + k) for k, name in enumerate(OBJECTS)]
-    felt = list(run_jobs(jobs, _Example(replace(setting, pads=None)), processes=processes))
-    taken = {touch: [each.seconds[touch] for each in felt if touch in each.seconds] for touch in library.touches}
-    return library.with_seconds({touch: float(np.mean(seconds)) for touch, seconds in taken.items() if seconds})
-
-
 def without(library: Library, hidden: tuple[str, ...]) -> Library:
     """Return a library that was learned without the numbers whose names begin so: it has a kernel of its own."""
     if not hidden:
@@ -97,10 +87,16 @@ def without(library: Library, hidden: tuple[str, ...]) -> Library:
             names += model.size.names
             table = np.hstack([table, model.size_values])
             others = np.hstack([others, np.full((len(others), len(model.size.names)), np.nan)])
-        learned = touch_model(
-            names, table, library.owner, library.log_size, others=others, failed=model.failed, cost=model.cost
+        touches[touch] = touch_model(
+            names,
+            table,
+            library.owner,
+            library.log_size,
+            others=others,
+            failed=model.failed,
+            cost=model.cost,
+            seconds=model.seconds,
         )
-        touches[touch] = replace(learned, seconds=model.seconds)
     grips = [touch for touch, made in TOUCHES.items() if isinstance(made, Grip)]
     return replace(library, touches=touches).tempered(GRIP_TRUST, grips, own=EXAMPLE_TRUST)
 
@@ -192,6 +188,23 @@ def chosen_before(runs: NDArray[np.float64], wrong: float) -> NDArray[np.float64
     return np.concatenate(kept).mean(axis=0)
 
 
+def of_each_object(runs: NDArray[np.float64], names: Sequence[str]) -> tuple[float, float]:
+    """Return mean seconds of an order for each object, as who knew it beforehand would have one.
+
+    The first is of orders that are best in hindsight, the second of such as were each best on the other half of the
+    object's examples. `runs` as of `chosen_before`.
+    """
+    hindsight, before = np.zeros(len(names)), np.zeros(len(names))
+    for name in dict.fromkeys(names):
+        rows = np.flatnonzero(np.array(names) == name)
+        seconds = runs[:, rows, 0]
+        hindsight[rows] = seconds[seconds.mean(axis=1).argmin()]
+        for half in (0, 1):
+            best = seconds[:, half::2].mean(axis=1).argmin()
+            before[rows[1 - half :: 2]] = seconds[best, 1 - half :: 2]
+    return float(hindsight.mean()), float(before.mean())
+
+
 def fixed_length(replays: Sequence[_Replay], orders: Sequence[Sequence[str]], wrong: float) -> int | None:
     """Return how many touches the best fixed order needs to err no more often when it never stops early."""
     for n in range(1, _MOST + 1):
@@ -224,10 +237,10 @@ def main(argv: Sequence[str] = ()) -> None:
         try:
             hand, known = read_hand(options.hand), read_library(options.library)
             require_library_of(hand, known, where=str(options.library), given=options.hand)
+            require(known.seconds, f"{options.library}: does not know how long touches take; let the hand feel it anew")
         except InputError as error:
             parser.error(str(error))
         setting, hands = evaluation_setting(hand=hand), {hand.name: ()}
-        known = clocked(known, setting, options.processes)
     print(f"  {WHAT_DIFFERS}")
     jobs = [
         Job(name, size_m, _FIRST_SEED + 10_000_000 * options.seed + 100_000 * k + 1000 * j + n)
@@ -256,6 +269,7 @@ def main(argv: Sequence[str] = ()) -> None:
             runs = np.array([[replay.run(error, order) for replay in replays] for order in orders], dtype=float)
             fixed = [(*_means(each), order) for each, order in zip(runs, orders, strict=True)]
             before = chosen_before(runs, wrong)
+            by_object = of_each_object(runs, [replay.name for replay in replays])
             equal = [row for row in fixed if 1 - row[2] <= wrong + 1e-9] or [max(fixed, key=lambda row: row[2])]
             best = min(equal, key=lambda row: row[0])
             least = float(np.mean([replay.least(error) for replay in replays]))
@@ -271,6 +285,10 @@ def main(argv: Sequence[str] = ()) -> None:
                 f"of an order that was best on the other half of the examples "
                 f"{share(f'{of}: saved of an order chosen before', 1 - seconds / before[0], '.1f')} of "
                 f"{before[0]:.2f} s, {100 * (1 - before[2]):.1f} % wrong; "
+                f"who knew the object beforehand, by the best order for each, "
+                f"{share(f'{of}: saved by who knew the object', 1 - by_object[0] / best[0], '.1f')} in hindsight, "
+                f"{share(f'{of}: of other halves', 1 - by_object[1] / before[0], '.1f')} where it was best on the "
+                f"other half; "
                 f"by information alone {figure(f'{of}: by information alone', plain_s, '.2f', 's')}, "
                 f"{100 * (1 - plain_right):.1f} % wrong; no order, chosen in hindsight for each example, takes less "
                 f"than {figure(f'{of}: least', least, '.2f', 's')}, {100 * (1 - least / best[0]):.1f} % saved; "

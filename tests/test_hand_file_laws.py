@@ -15,6 +15,7 @@ from tests.test_hand_file import refused, run, write_gripper
 from varishold.cli.hand_file import require_library_of
 from varishold.exploration import TOUCHES, Episode, grip_contacts, perceive
 from varishold.exploration.hand_library import feel_library
+from varishold.exploration.kept import keeper, kept_examples
 from varishold.exploration.object_examples import example_setting, feel_once
 from varishold.exploration.touches import touches_of
 from varishold.hand import PAPER_22, HandDesign, HandSetting, grasp_object, hand_setting, read_hand, set_up
@@ -129,7 +130,7 @@ def test_the_second_hand_grasps_and_its_section_fits(three: MjcfHand, name: str,
     assert contacts.touched.sum() >= 3
 
 
-def test_every_touch_of_the_second_hand_says_something(three: MjcfHand) -> None:
+def test_every_touch_of_the_second_hand_says_something(three: MjcfHand, tmp_path: Path) -> None:
     setting = example_setting(three)
     felt = feel_once("cylinder", 0.08, seed=3, setting=setting)
     assert [evidence.touch for evidence in felt] == list(TOUCHES)
@@ -139,6 +140,13 @@ def test_every_touch_of_the_second_hand_says_something(three: MjcfHand) -> None:
     assert "fit.circle.off" in grasp
     again = feel_once("cylinder", 0.08, seed=3, setting=setting)
     assert [dict(one.values) for one in felt] == [dict(one.values) for one in again]
+    # Of what was made somebody looked at the clock.
+    assert all((evidence.seconds is None) == evidence.failed for evidence in felt)
+    assert Library.from_examples({"cylinder": [felt, again]}).seconds == {
+        evidence.touch: evidence.seconds for evidence in felt if not evidence.failed
+    }
+    with keeper(tmp_path / "felt.jsonl", {3: felt}):
+        assert kept_examples(tmp_path / "felt.jsonl") == {3: felt}
 
 
 def test_a_hand_without_tip_and_pads_offers_grips_of_switches_alone(tmp_path: Path) -> None:

@@ -105,6 +105,29 @@ def test_seconds_are_positive_and_of_touches_that_are_known(taken: object) -> No
         telling().with_seconds({"smell": 1.0})
 
 
+def took(*seconds: float | None) -> list[list[Evidence]]:
+    return [[Evidence("tip", {"a": 0.1 * k}, seconds=each)] for k, each in enumerate(seconds)]
+
+
+def test_what_a_touch_takes_is_the_mean_of_what_it_took() -> None:
+    examples = {"ball": took(1.0, 2.0), "box": took(None, 3.0)}
+    assert Library.from_examples(examples).seconds == {"tip": 2.0}
+    assert Library.from_examples(examples, others=took(6.0)).seconds == {"tip": 3.0}
+    # What failed took time, and is none that the touch takes.
+    failed = [Evidence("tip", {}, failed=True)]
+    assert Library.from_examples({**examples, "cone": [failed]}).seconds == {"tip": 2.0}
+    untold = {name: took(None, None) for name in examples}
+    assert Library.from_examples(untold).seconds is None
+    # An object more is felt by the same hand, and its touches take no other time.
+    assert Library.from_examples(examples).with_object("cone", took(9.0, 9.0)).seconds == {"tip": 2.0}
+
+
+@pytest.mark.parametrize("taken", [0, -1.0, float("nan"), float("inf"), "3", [3.0]])
+def test_a_touch_takes_a_time(taken: object) -> None:
+    with pytest.raises(InputError, match="seconds of touch 'tip' must be positive"):
+        Evidence("tip", {"a": 1.0}, seconds=taken)  # type: ignore[arg-type]
+
+
 def sized() -> Library:
     """Balls are small and boxes are large, and feel alike."""
     rng = np.random.default_rng(2)

@@ -33,7 +33,7 @@ _LEAST = 8 / 7
 # A thing that was never gripped is set up anew so often at most.
 _MOST_TRIES = 4
 
-_FORMAT = 1
+_FORMAT = 2
 
 
 @dataclass(frozen=True)

@@ -43,7 +43,7 @@ def _append(file: IO[str], seed: int, made: Example) -> None:
 
 
 def _line(seed: int, made: Sequence[Evidence]) -> str:
-    touches = [[each.touch, each.failed, dict(each.values)] for each in made]
+    touches = [[each.touch, each.failed, each.seconds, dict(each.values)] for each in made]
     return json.dumps({"seed": seed, "touches": touches}) + "\n"
 
 
@@ -56,7 +56,10 @@ def kept_examples(path: Path) -> dict[int, Example]:
         for line in lines:
             try:
                 told = json.loads(line)
-                felt[int(told["seed"])] = [Evidence(t, values, failed=failed) for t, failed, values in told["touches"]]
+                felt[int(told["seed"])] = [
+                    Evidence(touch, values, failed=failed, seconds=seconds)
+                    for touch, failed, seconds, values in told["touches"]
+                ]
             except (ValueError, LookupError, TypeError):
                 continue
     return felt

@@ -38,7 +38,7 @@ __all__ = [
 USUAL_EXAMPLES = 50
 
 # What is kept is read again only by who keeps it in the same way.
-_FORMAT = 2
+_FORMAT = 3
 
 
 @dataclass(frozen=True)
@@ -55,12 +55,13 @@ class _Feel:
 def feel_once(thing: str | MeshSolid, size_m: float, *, seed: int, setting: HandSetting) -> Example:
     """Return the evidence of every touch of a thing, as `touch_in_turn` makes them; none where it was never gripped."""
     felt = touch_in_turn(thing, size_m, seed=seed, setting=setting)
-    made = {name: what.touch.evidence(what, setting)[0] for name, what in felt.items()}
+    made = {
+        name: Evidence(name, what.touch.evidence(what, setting)[0].values, seconds=what.seconds)
+        for name, what in felt.items()
+    }
     can = touches_of(setting.design)
-    if made:
-        # After a grip that held every touch was tried.
-        made |= {name: Evidence(name, {}, failed=True) for name in can if name not in made}
-    return [Evidence(name, made[name].values, failed=made[name].failed) for name in can if name in made]
+    # After a grip that held every touch was tried.
+    return [made.get(name) or Evidence(name, {}, failed=True) for name in can] if made else []
 
 
 def touch_in_turn(
@@ -96,7 +97,7 @@ def touch_in_turn(
         """Grip it where it was set up; None where it was missed."""
         stand_up_at(bench, setting, (chance.forward_m, chance.sideways_m, chance.yaw_rad))
         pose = PoseEstimate()
-        made = TOUCHES[name].make(bench, pose, setting)
+        made = TOUCHES[name].make_timed(bench, pose, setting)
         felt.setdefault(name, made)
         return None if made is None else pose
 
@@ -106,7 +107,7 @@ def touch_in_turn(
         pose = pose or grip("squeeze")
         if pose is None:
             break
-        felt[others[k].name] = others[k].make(bench, pose, setting)
+        felt[others[k].name] = others[k].make_timed(bench, pose, setting)
         pose = pose if felt[others[k].name] is not None else None
     if "squeeze" not in felt:
         grip("squeeze")

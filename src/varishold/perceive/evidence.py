@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError, require
+from varishold.frame.checks import as_positive
 from varishold.perceive.grip import GRIP_SECTIONS, GripContacts, fit_ball_size, fit_section, grip_size
 from varishold.touch.pads.surface import PadSurface, SurfaceName
 
@@ -46,11 +47,13 @@ class Evidence:
         What the numbers say, in words.
     failed : bool
         The touch was tried, and nothing was held or met: that says something too. It has no values then.
+    seconds : float or None
+        What it took the hand, from the end of the touch before; None where nobody looked at the clock.
 
     Raises
     ------
     InputError
-        If the touch has no name, the values have none, or a value is no number or infinite.
+        If the touch has no name, the values have none, a value is no number or infinite, or it took no time.
     """
 
     touch: str
@@ -58,6 +61,7 @@ class Evidence:
     remarks: tuple[str, ...] = ()
     reasons: tuple[str, ...] = ()
     failed: bool = False
+    seconds: float | None = None
 
     def __post_init__(self) -> None:
         require(isinstance(self.touch, str) and self.touch.strip(), f"a touch needs a name, got {self.touch!r}")
@@ -80,6 +84,8 @@ class Evidence:
             texts = not isinstance(getattr(self, word), str)
             require(texts, f"{word} of touch {self.touch!r} must be a tuple of texts, got one text")
         object.__setattr__(self, "values", values)
+        if self.seconds is not None:
+            object.__setattr__(self, "seconds", as_positive(self.seconds, f"the seconds of touch {self.touch!r}"))
 
     def vector(self, names: Iterable[str]) -> NDArray[np.float64]:
         """Return the values of these names, NaN for those that are unknown; shape (n_names,)."""

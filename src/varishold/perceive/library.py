@@ -96,7 +96,7 @@ class Library:
         """Make a library from examples of several objects, with a metric and kernels of its own.
 
         Where every object has 40 examples of a touch its metric is learned from them, which takes some seconds of a
-        thousand.
+        thousand. What a touch takes is the mean of what it took in the examples, and of other things.
 
         Parameters
         ----------
@@ -442,9 +442,11 @@ def _learned(
         f"touch {touch!r} needs examples with a number that tells shape; "
         f"names that begin with {SIZE_PREFIX!r} tell size alone",
     )
-    strange = [evidence.vector(names) for row in others for evidence in row if evidence.touch == touch]
+    beside = [evidence for row in others for evidence in row if evidence.touch == touch]
+    strange = [evidence.vector(names) for evidence in beside]
     # What failed, or of which nothing is known, would count as a thing that feels usual in every way.
     strange = [row for row in strange if np.isfinite(row).any()]
+    taken = [evidence.seconds for evidence in (*made, *beside) if evidence.seconds is not None]
     return touch_model(
         names,
         table,
@@ -453,6 +455,7 @@ def _learned(
         others=np.array(strange).reshape(-1, len(names)),
         failed=np.array([evidence.failed for evidence in made]),
         cost=cost,
+        seconds=float(np.mean(taken)) if taken else None,
         usual=usual_of(kinds),
         object_of_kind=kinds.object,
     )

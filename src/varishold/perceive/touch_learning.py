@@ -54,6 +54,7 @@ def touch_model(
     others: Floats,
     failed: NDArray[np.bool_],
     cost: float,
+    seconds: float | None = None,
     usual: NDArray[np.bool_] | None = None,
     object_of_kind: NDArray[np.int64] | None = None,
 ) -> TouchModel:
@@ -87,6 +88,7 @@ def touch_model(
         failed=failed,
         power=untold,
         cost=cost,
+        seconds=seconds,
     )
     of = np.arange(int(owner.max()) + 1) if object_of_kind is None else object_of_kind
     return with_scores(_with_learned_metric(_choose_kernel(model, owner), owner, of), owner)
