@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from varishold.perceive import Belief, Evidence, Library, NameEvidence, Perceiver, expected_information, perceiver
-from varishold.perceive.next_touch import _thinned
+from varishold.perceive.next_touch import _imagined, _thinned, time_until_sure
 from varishold.perceive.reasons import reasons_of
 from varishold.perceive.touch_model import TouchModel
 
@@ -136,12 +136,43 @@ def belief_over(values: np.ndarray, owner: np.ndarray, log_weight: np.ndarray) -
         touches, objects = {"tip": model}, tuple(str(k) for k in np.unique(owner))
 
         def __init__(self) -> None:
-            self.owner = owner
+            self.owner = self.kind = owner
 
         def __len__(self) -> int:
             return n
 
     return SimpleNamespace(library=Of(), particles=particles)
+
+
+@pytest.mark.parametrize("own", [1.0, 0.6])
+@pytest.mark.parametrize(("more", "off"), [([], 1e-6), ([None, None, float("nan")], 0.03)])
+def test_what_is_imagined_of_an_outcome_is_what_is_believed_of_it(
+    own: float, more: list[float | None], off: float
+) -> None:
+    rng = np.random.default_rng(3)
+    felt = {name: slips([*rng.normal(k, 1, 12), *more]) for k, name in enumerate(("ball", "box", "can"))}
+    library = Library.from_examples(felt).tempered(1.0, own=own)
+    imagined = _imagined(Belief.before(library), np.ones(len(library), bool), np.full(3, 1 / 3), 500)
+    assert imagined is not None
+    tip = library.touches["tip"]
+    for drawn, names in zip(imagined.rows[imagined.drawn], imagined.names_after(imagined.weighed(tip)), strict=True):
+        if not (tip.made | tip.failed)[drawn]:
+            continue
+        outcome = Evidence("tip", {"b": tip.values[drawn, 0]} if tip.made[drawn] else {}, failed=tip.failed[drawn])
+        # It never explains its own.
+        others = library.of_examples(np.arange(len(library)) != drawn, [0, 1, 2])
+        believed = Belief.before(others).after(outcome).probability
+        assert names == pytest.approx([believed[name] for name in library.objects], abs=off)
+
+
+def test_two_touches_are_looked_ahead_where_no_example_knows_all() -> None:
+    def felt(k: int, j: int) -> list[Evidence]:
+        row = [Evidence(t, {t: 10.0 * k + 0.1 * j}) for t in ("tip", "rub", "poke")]
+        return [each for n, each in enumerate(row) if n != j % 3]
+
+    library = Library.from_examples({name: [felt(k, j) for j in range(12)] for k, name in enumerate(("ball", "box"))})
+    ahead = time_until_sure(Belief.before(library), {"tip": 3.0, "rub": 2.0, "poke": 4.0}, 0.01)
+    assert min(ahead, key=lambda touch: ahead[touch][0]) == "rub"
 
 
 # Which touch is next

@@ -20,7 +20,7 @@ from varishold.perceive.evidence import Evidence
 from varishold.perceive.library import LOG_SIZES, REFUSED_AT, Library
 from varishold.perceive.name_evidence import NameEvidence
 from varishold.perceive.seen import Beyond, Look, SeenRange, answers_look, range_look
-from varishold.perceive.touch_model import SIGNIFICANCE
+from varishold.perceive.touch_model import SIGNIFICANCE, mean_by_kind
 from varishold.trust import conformal_p_value, known_share, least_error, weighed_p_value, widened
 
 __all__ = ["STRANGERS", "Belief"]
@@ -149,13 +149,13 @@ class Belief:
         values = evidence.vector(model.metric.names)
         known = np.isfinite(values)
         log_kernel = model.log_kernel(values)
-        means = _mean_by_kind(log_kernel, self.library)
+        means = mean_by_kind(log_kernel, self.library.members)
         # An example without this touch explains it as its kind's others do on the whole.
         log_kernel = np.where(np.isnan(log_kernel), means[self.library.kind], log_kernel)
         if model.own < 1:
             # Of each kind the mean stays.
             log_kernel = model.own * log_kernel
-            log_kernel += (means - _mean_by_kind(log_kernel, self.library))[self.library.kind]
+            log_kernel += (means - mean_by_kind(log_kernel, self.library.members))[self.library.kind]
         log_kernel = log_kernel + success
         sizes, sized = self.size_table, self.sized
         if model.size is not None:
@@ -399,16 +399,3 @@ def _of_all_touches(surprisal: Floats) -> Floats:
     if made.all(axis=0).sum() >= _ENOUGH:
         return np.asarray(surprisal[:, made.all(axis=0)].sum(axis=0))
     return np.asarray(np.nanmean(surprisal[:, made.any(axis=0)], axis=0) * len(surprisal))
-
-
-def _mean_by_kind(log_kernel: Floats, library: Library) -> Floats:
-    """Log of the mean likelihood over each kind's examples that know it; shape (n_kinds,)."""
-    known = np.isfinite(log_kernel)
-    top = log_kernel[known].max() if known.any() else 0.0
-    mass = np.where(known, np.exp(np.nan_to_num(log_kernel - top)), 0.0)
-    n = len(library.counts)
-    total = np.bincount(library.kind, weights=mass, minlength=n)
-    count = np.bincount(library.kind, weights=known, minlength=n)
-    # A kind that never was touched so is neither likelier nor less likely than the others on the whole.
-    mean = np.where(count > 0, total / np.maximum(count, 1), total.sum() / max(float(known.sum()), 1.0))
-    return np.log(np.maximum(mean, 1e-300)) + top

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import require
 from varishold.perceive.belief import Belief
-from varishold.perceive.touch_model import TouchModel, squared_distances
+from varishold.perceive.touch_model import TouchModel, mean_by_kind, squared_distances
 
 __all__ = ["NextTouch", "expected_information", "time_until_sure"]
 
@@ -24,6 +24,9 @@ _OUTCOMES, _PARTICLES = 48, 500
 
 # Particles where touches are looked at in pairs.
 _PARTICLES_OF_PAIRS = 400
+
+# Examples of a kind that say what it feels like on the whole.
+_OF_A_KIND = 24
 
 # What is in doubt after two touches takes so many usual touches more, and as many for each nat.
 _MORE = 2.0
@@ -96,7 +99,7 @@ def time_until_sure(belief: Belief, takes: Mapping[str, float], error: float) ->
     """Return how long it is expected to take from each touch on until the name is sure, with two touches looked ahead.
 
     Examples hold all touches of one thing together, so that an example that is drawn says what two touches of it would
-    feel like. The second touch is made where the first leaves the name in doubt.
+    feel like, or that one of them fails. The second touch is made where the first leaves the name in doubt.
 
     Parameters
     ----------
@@ -110,19 +113,18 @@ def time_until_sure(belief: Belief, takes: Mapping[str, float], error: float) ->
     -------
     dict of str to (float, str or None)
         For each touch: the time, in the unit of `takes`, and the touch after it for which it is least; None where it
-        is the only one. Empty where no example that is believed knows all touches.
+        is the only one. Empty where no example is believed.
     """
     library, n_objects = belief.library, len(belief.library.objects)
-    whole = np.logical_and.reduce([library.touches[touch].made for touch in takes])
     by_name = np.bincount(library.owner, weights=belief.particles, minlength=n_objects)
-    imagined = _imagined(belief, whole, by_name, _PARTICLES_OF_PAIRS)
+    imagined = _imagined(belief, np.ones(len(library), np.bool_), by_name, _PARTICLES_OF_PAIRS)
     if imagined is None:
         return {}
     usual = float(np.mean([*takes.values()]))
     if len(takes) == 1:
         return {touch: (taken, None) for touch, taken in takes.items()}
     # Of two touches it is the product.
-    explains = {touch: imagined.explained(library.touches[touch]) for touch in takes}
+    explains = {touch: imagined.weighed(library.touches[touch]) for touch in takes}
     in_doubt = {
         touch: imagined.often * (imagined.names_after(explained).max(axis=1) < 1 - error)
         for touch, explained in explains.items()
@@ -144,6 +146,8 @@ class _Imagined:
 
     Parameters
     ----------
+    kind : ndarray of shape (n_examples,), int
+        The kind of each of the library's examples.
     rows : ndarray of shape (n,), int
         The particles, as `_thinned` leaves them.
     share : ndarray of shape (n,)
@@ -156,6 +160,7 @@ class _Imagined:
         How often each comes, a share.
     """
 
+    kind: NDArray[np.int64]
     rows: NDArray[np.intp]
     share: Floats
     member: Floats
@@ -164,8 +169,31 @@ class _Imagined:
 
     def explained(self, model: TouchModel) -> Floats:
         """Return how well every particle explains each outcome, shape (n_outcomes, n); none explains its own."""
-        white = model.white[self.rows]
-        log_kernel = model.kernel(squared_distances(white[self.drawn], white), white.shape[1])
+        return self._others(self._log_kernel(model, self.rows))
+
+    def weighed(self, model: TouchModel) -> Floats:
+        """As `explained`, as a belief will weigh them: no example counts for more than it may by itself.
+
+        A particle that does not know the touch explains it as its kind does on the whole, and says that it fails.
+        """
+        drawn, kind = self.rows[self.drawn], self.kind[self.rows]
+        some = _some_of_each_kind(model.made, self.kind)
+        members = (self.kind[some] == np.arange(self.kind.max() + 1)[:, None]).astype(float)
+        of_kinds = self._log_kernel(model, some)
+        of_kinds[some == drawn[:, None]] = -np.inf
+        means, less = mean_by_kind(of_kinds, members), mean_by_kind(model.own * of_kinds, members)
+        log_kernel = np.where(model.made[self.rows], self._log_kernel(model, self.rows), means[:, kind])
+        log_kernel = model.own * log_kernel + (means - less)[:, kind]
+        log_kernel += model.log_success(self.kind, failed=False)[self.rows]
+        log_kernel[~model.made[drawn]] = model.log_success(self.kind, failed=True)[self.rows]
+        return self._others(log_kernel)
+
+    def _log_kernel(self, model: TouchModel, rows: NDArray[np.intp]) -> Floats:
+        white = model.white
+        return model.kernel(squared_distances(white[self.rows[self.drawn]], white[rows]), white.shape[1])
+
+    def _others(self, log_kernel: Floats) -> Floats:
+        """Return likelihoods up to a factor for each outcome, without a particle's own."""
         log_kernel[np.arange(len(self.drawn)), self.drawn] = -np.inf
         top = log_kernel.max(axis=1, keepdims=True)
         return np.asarray(np.exp(log_kernel - np.where(np.isfinite(top), top, 0.0)))
@@ -209,7 +237,18 @@ def _imagined(belief: Belief, known: NDArray[np.bool_], by_name: NDArray[Any], m
     drawn, times = np.unique(picks, return_counts=True)
     owner = library.owner[rows]
     member = (owner[:, None] == np.unique(owner)).astype(float)
-    return _Imagined(rows, share, member, drawn, times / times.sum())
+    return _Imagined(library.kind, rows, share, member, drawn, times / times.sum())
+
+
+def _some_of_each_kind(known: NDArray[np.bool_], kind: NDArray[np.int64]) -> NDArray[np.intp]:
+    """Return examples that are known, evenly spaced among those of each kind."""
+    rows = np.flatnonzero(known)
+    rows = rows[np.argsort(kind[rows], kind="stable")]
+    counts = np.bincount(kind[rows])
+    place = np.arange(len(rows)) - np.repeat(np.cumsum(counts) - counts, counts)
+    of = np.repeat(counts, counts)
+    most = np.minimum(of, _OF_A_KIND)
+    return np.asarray(rows[(place * most) // of != ((place - 1) * most) // of])
 
 
 def _thinned(weight: Floats, most: int) -> tuple[NDArray[np.intp], Floats]:

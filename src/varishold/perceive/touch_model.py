@@ -317,6 +317,32 @@ def by_object(log_kernel: Floats, owner: NDArray[np.int64]) -> Floats:
     return out
 
 
+def mean_by_kind(log_kernel: Floats, members: Floats) -> Floats:
+    """Return the logarithm of the mean likelihood over each kind's examples that know it.
+
+    Parameters
+    ----------
+    log_kernel : ndarray of shape (..., n)
+        Log-likelihood under each example; not finite for those that do not know it.
+    members : ndarray of shape (n_kinds, n)
+        1 where an example is of a kind, else 0.
+
+    Returns
+    -------
+    ndarray of shape (..., n_kinds)
+    """
+    known = np.isfinite(log_kernel)
+    top = np.where(known, log_kernel, -np.inf).max(axis=-1, keepdims=True, initial=-np.inf)
+    top = np.where(np.isfinite(top), top, 0.0)
+    mass = np.where(known, np.exp(np.where(known, log_kernel, 0.0) - top), 0.0)
+    total, count = mass @ members.T, known @ members.T
+    # A kind that never was touched so is neither likelier nor less likely than the others on the whole.
+    of_all = total.sum(axis=-1, keepdims=True) / np.maximum(count.sum(axis=-1, keepdims=True), 1.0)
+    mean = np.where(count > 0, total / np.maximum(count, 1.0), of_all)
+    out: Floats = np.log(np.maximum(mean, 1e-300)) + top
+    return out
+
+
 def with_scores(model: TouchModel, owner: NDArray[np.int64], share: float = 1.0) -> TouchModel:
     """Tell the conformity of the examples and the power of the touch; `share`: of the optimism that is left."""
     scores, optimism = conformities(model, owner, np.arange(len(owner))), model.optimism
