@@ -19,6 +19,7 @@ from varishold.cli import silence
 from varishold.cli.app import app
 from varishold.errors import InputError
 from varishold.live.sample_file import Limits
+from varishold.live.stream import Change
 from varishold.recording import Pad, Recording
 
 load("corpus", "evaluation", "learning", "live", "perceive", "report", "sensor", "skin", "touch")
@@ -62,7 +63,7 @@ class Waited:
 def test_what_says_nothing_is_given_up_in_time(
     monkeypatch: pytest.MonkeyPatch, state: str, limit_s: float | None, given_up_s: float | None
 ) -> None:
-    stream: Any = SimpleNamespace(state=state, words="", received=1)
+    stream: Any = SimpleNamespace(state=state, changes=(), received=1)
     one: Any = Waited(monkeypatch, 1000, lambda looks: 0)
     recording_command._wait(one, stream, Limits(None, limit_s), Event())
     if given_up_s is None:
@@ -87,17 +88,21 @@ def test_a_recording_ends_when_it_is_stopped(monkeypatch: pytest.MonkeyPatch) ->
 def test_a_source_that_is_lost_is_told_once_by_its_words(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    stream: Any = SimpleNamespace(state="open", words="all well", received=1)
+    told = {3: ("lost", "gone"), 6: ("open", ""), 7: ("lost", "gone"), 8: ("lost", "away\x1b"), 9: ("open", "")}
+    # Much later it fails again.
+    later = {15: ("lost", "gone"), 16: ("open", ""), 17: ("lost", "gone")}
+    stream: Any = SimpleNamespace(state="open", changes=(Change(0.0, "open", ""),), received=1)
 
     def samples(looks: int) -> int:
-        stream.state = "open" if looks < 3 or looks == 6 else "lost"
-        stream.words = {3: "gone", 4: "gone", 7: "gone", 8: "away\x1b"}.get(looks, stream.words)
+        if looks in told | later and stream.changes[-1].host_time_s != looks:
+            stream.state, words = (told | later)[looks]
+            stream.changes += (Change(looks if looks in told else looks + 10.0, stream.state, words),)
         return 1
 
-    one: Any = Waited(monkeypatch, 10, samples)
+    one: Any = Waited(monkeypatch, 20, samples)
     recording_command._wait(one, stream, Limits(None, None), Event())
     assert capsys.readouterr().err.splitlines() == [
-        "varishold: gone; trying again", "varishold: away\\x1b; trying again",
+        "varishold: gone; trying again", "varishold: away\\x1b; trying again", "varishold: gone; trying again",
     ]  # fmt: skip
 
 

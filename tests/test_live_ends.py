@@ -7,6 +7,7 @@ from collections import deque
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 from tests.live_clock import Clock
 from tests.live_presses import LAYOUT, pressed
@@ -20,8 +21,10 @@ from varishold.live import (
     StreamHealth,
     session,
     source_at,
+    stream,
     watching,
 )
+from varishold.live.losses import Losses
 from varishold.live.session import Session
 from varishold.live.stream import Change
 from varishold.live.watcher import Watcher
@@ -69,6 +72,34 @@ def _run(clock: Clock, source: Source) -> Stream:
     stream._unwanted = unwanted  # type: ignore[assignment]
     stream._run()
     return stream
+
+
+class HangingUp(Trying):
+    """A source that speaks for so long each time that it is called, and hangs up."""
+
+    def __init__(self, clock: Clock, ends_s: float, spoken_s: list[float]) -> None:
+        super().__init__(clock, ends_s)
+        self._spoken_s, self.there = deque(spoken_s), True
+
+    def read(self, timeout_s: float) -> list[Sample]:
+        if not self._spoken_s:
+            raise EndOfSourceError("it is over")
+        self._clock.sleep(self._spoken_s.popleft())
+        raise LostSourceError("it has hung up")
+
+
+def test_who_hangs_up_again_and_again_is_called_ever_less_often(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stream, "time", clock)
+    spoken_s = [0.1] * 8 + [11.0] + [0.1] * 3 + [9.0] * 2
+    source = HangingUp(clock, 1e9, spoken_s)
+    changes = _run(clock, source).changes
+    waits = np.diff(source.tried_s) - spoken_s
+    # What was there for long is back at once when it is lost.
+    expected = [0.25, 0.5, 1.0, 2.0, 2.0, 2.0, 2.0, 2.0, 0.25, 0.5, 1.0, 2.0, 2.0, 2.0]
+    np.testing.assert_allclose(waits, expected, atol=1e-3)
+    told = Losses()
+    assert [change.state for change in changes].count("lost") == len(spoken_s)
+    assert sum(told.is_news(change) for change in changes) == 2
 
 
 def test_a_lost_source_is_tried_some_four_times_a_second(clock: Clock) -> None:

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 from varishold.cli.browser import show_page
 from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
-from varishold.cli.losses import Losses
 from varishold.cli.printing import echo, print_json, tell
 from varishold.cli.silence import Silence
 
 if TYPE_CHECKING:
     from varishold.learning import PressClassifier
+    from varishold.live.losses import Losses
     from varishold.live.stream import Change
     from varishold.live.watcher import Seen
     from varishold.perceive import Perceiver
@@ -123,6 +123,7 @@ def _model(path: Path | None) -> PressClassifier | Perceiver | None:
 def _print_lines(source: str, **watched: Any) -> None:
     """Print lines until the source ends; every reading's where the source can wait."""
     from varishold.live.address import parse_address
+    from varishold.live.losses import Losses
     from varishold.live.odd_clock import OddClock
     from varishold.live.watching import watch
 

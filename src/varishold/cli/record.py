@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from contextlib import ExitStack
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
-from varishold.cli.printing import echo, print_json, printable, tell
+from varishold.cli.printing import echo, print_json, tell
 from varishold.cli.silence import Silence
 from varishold.errors import InputError, LostSourceError
 
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
 
     from varishold.live import Recorder, Stream
     from varishold.live.sample_file import Limits
+    from varishold.live.stream import Change
 
 # A source that is not there for so long, or says nothing, is given up where nothing has come yet. Seconds.
 _PATIENCE_S = 10.0
@@ -104,8 +104,11 @@ def _ending(path: Path) -> str:
 def _wait(recorder: Recorder, stream: Stream | None, limits: Limits, stop: Event) -> None:
     """Wait until it is over, and tell what there is to tell meanwhile."""
     from varishold.cli.progress import progress_bar
+    from varishold.live.losses import Losses
+    from varishold.live.since import since
 
-    begun_s, told = time.monotonic(), ""
+    begun_s, losses = time.monotonic(), Losses()
+    looked: Change | None = None
     silence = Silence(recorder.address)
     with progress_bar("recorded", limits.samples) as show:
         while not recorder.wait(_LOOK_S) and not stop.is_set():
@@ -114,9 +117,10 @@ def _wait(recorder: Recorder, stream: Stream | None, limits: Limits, stop: Event
             silence.look(came, recorder, is_open=stream is None or stream.state == "open")
             if stream is None:
                 continue
-            if stream.state == "lost" and stream.words != told:
-                told = stream.words
-                print(f"varishold: {printable(told)}; trying again", file=sys.stderr)
+            for change in since(stream.changes, looked):
+                looked = change
+                if losses.is_news(change):
+                    tell(f"{change.words}; trying again")
             # What is open may be silent for long, unless it was said how long all is to take.
             in_vain = not recorder.tally.samples and (stream.state != "open" or limits.seconds is not None)
             if in_vain and time.monotonic() - begun_s > _PATIENCE_S + (limits.seconds or 0.0):

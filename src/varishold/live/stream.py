@@ -11,6 +11,7 @@ from typing import Literal, NamedTuple, Self
 
 from varishold.errors import EndOfSourceError, InputError, LostSourceError
 from varishold.live.health import StreamHealth
+from varishold.live.retry_wait import RetryWait
 from varishold.live.sample import PadLayout, Sample
 from varishold.live.source import Source, damage_of, damaged_of, overrun_of
 
@@ -20,8 +21,6 @@ State = Literal["opening", "open", "lost", "ended"]
 
 # So long a source may be silent before the thread looks whether it is still wanted. Seconds.
 _LOOK_S = 0.1
-# So long the thread waits before it tries a lost source again. Seconds.
-_RETRY_S = 0.25
 # So many changes of state are remembered.
 _MOST_CHANGES = 256
 # So long closing waits for a source that does not keep to its timeout. Seconds.
@@ -208,13 +207,18 @@ class Stream:
             self._news.notify_all()
 
     def _run(self) -> None:
+        wait = RetryWait()
         try:
             while not self._unwanted.is_set():
+                opened_s: float | None = None
                 try:
+                    self._source.open()
+                    opened_s = time.monotonic()
                     self._read_on()
                 except LostSourceError as lost:
                     self._become("lost", str(lost))
-                    self._unwanted.wait(_RETRY_S)
+                    there_s = None if opened_s is None else time.monotonic() - opened_s
+                    self._unwanted.wait(wait.after_loss(there_s))
                 finally:
                     self._source.close()
             self._become("ended", "")
@@ -226,7 +230,6 @@ class Stream:
             self._become("ended", str(failure))
 
     def _read_on(self) -> None:
-        self._source.open()
         self._become("open")
         while not self._unwanted.is_set():
             if came := self._source.read(_LOOK_S):

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from varishold.live.stream import Change
+from varishold.live.retry_wait import THERE_S
+from varishold.live.stream import Change
 
 __all__ = ["Losses"]
 
-# What was there for so long is lost anew. Seconds.
-_THERE_S = 10.0
 # So many ways to be lost are told, before all others are taken for the same.
 _MOST_WAYS = 8
 _NUMBERS = re.compile(r"\d+(\.\d+)?")
@@ -44,7 +41,7 @@ class Losses:
             if change.state == "open" and self._opened_s is None:
                 self._opened_s = change.host_time_s
             return False
-        if self._opened_s is not None and change.host_time_s - self._opened_s > _THERE_S:
+        if self._opened_s is not None and change.host_time_s - self._opened_s > THERE_S:
             self._told.clear()
         self._opened_s = None
         way = _NUMBERS.sub("", change.words)

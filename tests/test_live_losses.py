@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from varishold.cli.live import _tell_change
-from varishold.cli.losses import Losses
+from varishold.live.losses import Losses
 from varishold.live.stream import Change
 
 
