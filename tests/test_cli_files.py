@@ -191,9 +191,14 @@ def test_commands_that_ask_for_no_shape_name_the_sensor_file(run: Any, folder: P
 
 def test_what_plays_a_file_is_told_its_shape_in_its_address(run: Any, folder: Path) -> None:
     (folder / "flat.csv").write_text("1,2,3,4\n4,3,2,1\n")
-    status, _, told = run("record", "replay:flat.csv", "-o", "out.npz")
-    assert status == 1
-    assert told.endswith(" (replay:FILE?shape=ROWSxCOLS)\n")
+    for words in (("record", "replay:flat.csv", "-o", "out.npz"), ("live", "replay:flat.csv", "--json")):
+        status, _, told = run(*words)
+        assert status == 1
+        assert told.endswith(" (replay:FILE?shape=ROWSxCOLS)\n")
+    # A source that says so itself says it once.
+    assert run("record", "stdin:?dtype=uint16", "-o", "out.npz")[2].endswith(
+        ": bare numbers need their shape, as in shape=16x16\n"
+    )
     assert run("record", "replay:flat.csv?shape=2x2", "-o", "out.npz")[0] == 0
 
 

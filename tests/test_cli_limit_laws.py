@@ -144,6 +144,23 @@ def test_an_error_names_the_option_that_would_mend_it(
     assert with_option(InputError("odd", parameter=parameter)) == "odd"
 
 
+@pytest.mark.parametrize(
+    ("kind", "told"),
+    [
+        ("source", "odd (replay:FILE?shape=ROWSxCOLS)"),
+        ("sensor", "odd; in a sensor file: shape = [ROWS, COLUMNS] (--sensor)"),
+        ("recordings", "odd"),
+    ],
+)
+def test_what_a_command_reads_tells_where_a_shape_is_said(kind: str, told: str) -> None:
+    def command(what: str) -> None:
+        """Read something."""
+
+    command.__annotations__["what"] = Annotated[str, Argument("what is read"), Reads(kind)]
+    with click.Context(Command("odd", callback=command)):
+        assert with_option(InputError("odd", parameter="shape")) == told
+
+
 # Which files
 
 

@@ -16,6 +16,11 @@ __all__ = ["Reads", "Writes", "adds_force", "guarded", "signature_of", "with_opt
 
 # Kinds of what is read that name files, whatever they are.
 _FILES = ("file", "recordings", "bare recordings", "tables")
+# Where a command without an option for it takes the shape of a pad, by the kind of what it reads; the first counts.
+_SHAPE_SAID = {
+    "source": " (replay:FILE?shape=ROWSxCOLS)",
+    "sensor": "; in a sensor file: shape = [ROWS, COLUMNS] (--sensor)",
+}
 
 
 @dataclass(frozen=True)
@@ -117,14 +122,17 @@ def _check(marks: dict[str, Reads | Writes], given: dict[str, Any], force: bool)
 def with_option(error: InputError) -> str:
     """Return an error's message with the running command's option for the parameter that would mend it."""
     context = click.get_current_context(silent=True)
-    given = context.command.get_params(context) if context is not None else ()
-    options = {option.name or "": option for option in given if isinstance(option, click.Option)}
-    option = options.get(error.parameter or "")
-    if error.parameter == "shape" and "sensor" in options and (option is None or option.metavar):
+    if context is None or context.command.callback is None:
+        return str(error)
+    given = {each.name or "": each for each in context.command.get_params(context) if isinstance(each, click.Option)}
+    option = given.get(error.parameter or "")
+    if error.parameter == "shape" and (option is None or option.metavar):
         # The command has no such option, or asks by it for something else.
-        if any(each.name == "source" for each in given):
-            return f"{error} (replay:FILE?shape=ROWSxCOLS)"
-        return f"{error}; in a sensor file: shape = [ROWS, COLUMNS] (--sensor)"
+        marks = _marks(signature_of(context.command.callback)).values()
+        read = {mark.kind for mark in marks if isinstance(mark, Reads)}
+        for kind, words in _SHAPE_SAID.items():
+            if kind in read:
+                return f"{error}{words}"
     if option is None:
         return str(error)
     named = next(each for each in option.opts if each.startswith("--"))

@@ -35,6 +35,7 @@ def live(
     source: Annotated[
         str,
         Argument("Where the readings come from, as in sim:sphere or serial:/dev/ttyACM0?preset=flexitac."),
+        Reads("source"),
     ],
     sensor: Annotated[
         str | None,
