@@ -67,8 +67,9 @@ def test_a_name_is_short_and_can_be_printed(tmp_path: Path, name: str) -> None:
 
 
 def test_nothing_is_called_as_strangers_are(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="said of strangers"):
+    with pytest.raises(InputError, match="said of strangers; choose another name") as raised:
         mesh_to_grip(box_file(tmp_path / "box.stl", 0.08, 0.04, 0.06), name=f" {NONE_OF_THESE}")
+    assert raised.value.parameter == "name"
 
 
 def test_what_is_several_things_is_told(tmp_path: Path) -> None:

@@ -15,7 +15,8 @@ from varishold import Pad, Recording, TactileClassifier
 from varishold.cli.learn import tell_strange
 from varishold.cli.recordings import odd_recordings
 from varishold.errors import InputError
-from varishold.evaluation import evaluate_model
+from varishold.evaluation import evaluate, evaluate_model
+from varishold.evaluation.running import felt_presses
 from varishold.learning import PortableClassifier, labelled_presses, read_model, write_model
 from varishold.touch.course.measures import bear_nothing
 from varishold.touch.course.presses import as_presses
@@ -144,6 +145,11 @@ def test_no_thing_is_called_as_strangers_are(kind: Any, timed: TactileClassifier
         kind().fit(X[:6], ["a", " none of these"] * 3)
     with pytest.raises(InputError, match="no thing can be called 'none of these'"):
         timed.add("none of these ", X)
+    # To be told of strangers a model may be asked for presses that are called so; nothing learns from them.
+    with pytest.raises(InputError, match="no thing can be called 'none of these'") as raised:
+        evaluate(X, ["a", "none of these"] * (len(X) // 2))
+    assert raised.value.parameter == "label"
+    assert felt_presses(X, ["a", "none of these "] * (len(X) // 2), None).classes.tolist() == ["a", "none of these"]
     assert kind().fit(X, ["none of the", "None Of These"] * (len(X) // 2)).classes_.size == 2
 
 

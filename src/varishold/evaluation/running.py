@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from varishold._name import NONE_OF_THESE, plain_name
+from varishold._name import refuse_name_of_strangers
 from varishold.errors import InputError
 from varishold.evaluation.figures import FEWEST_GROUPS, difference_figure, share_figure
 from varishold.evaluation.held_out import (
@@ -29,7 +29,7 @@ from varishold.evaluation.shots import SHOTS, shots_curve
 from varishold.evaluation.splits import Split, split_presses
 from varishold.files.crew import Worker, crew_of
 from varishold.learning import PressClassifier, TactileClassifier
-from varishold.learning.checks import nothing_is_called_so
+from varishold.learning.checks import plain_names
 from varishold.touch.course.one_sensor import of_one_sensor
 from varishold.touch.course.presses import Press, as_presses, flat_presses, is_flat
 from varishold.trust import first_without_name
@@ -105,8 +105,8 @@ def evaluate(
     """
     learner = TactileClassifier() if classifier is None else classifier
     felt = felt_presses(X, y, groups, learner.shape)
-    if NONE_OF_THESE in felt.classes:
-        raise InputError(nothing_is_called_so(), parameter="label")
+    for name in felt.classes.tolist():
+        refuse_name_of_strangers(name, parameter="label")
     in_run = np.zeros(len(felt.codes)) if runs is None else np.asarray(runs)
     if in_run.shape != felt.codes.shape:
         raise InputError(f"runs must be one a press, {len(felt.codes)} of them, got shape {in_run.shape}")
@@ -185,12 +185,7 @@ def _texts(given: ArrayLike, n: int, what: str, parameter: str) -> NDArray[np.st
     empty = [*np.flatnonzero(texts == ""), first_without_name(given)]
     if empty[0] is not None:
         raise InputError(f"press {empty[0]} has no {parameter}; fill it in, or leave the press out")
-    odd = [k for k, text in enumerate(texts.tolist()) if plain_name(text) is None]
-    if odd:
-        raise InputError(
-            f"press {odd[0]}: its {parameter} must be a line of printable text, got {str(texts[odd[0]])[:60]!r}"
-        )
-    return texts
+    return plain_names(texts, parameter)
 
 
 def _check_options(shots: Sequence[int], seed: int, workers: object) -> None:

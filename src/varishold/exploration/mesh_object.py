@@ -8,10 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from varishold._name import plain_name
+from varishold._name import plain_name, refuse_name_of_strangers
 from varishold.errors import FormatError, InputError
 from varishold.hand.objects import SIZE_RANGE_M
-from varishold.perceive import NONE_OF_THESE
 from varishold.solids.body import Part
 from varishold.solids.mesh_file import read_mesh
 from varishold.solids.mesh_parts import convex_parts
@@ -45,8 +44,7 @@ def check_name(name: str) -> str:
             f"an object's name must be 1 to {_LONGEST_NAME} printable characters, got {name[:_LONGEST_NAME]!r}",
             parameter="name",
         )
-    if kept == NONE_OF_THESE:
-        raise InputError(f"no object can be called {kept!r}, which is said of strangers", parameter="name")
+    refuse_name_of_strangers(kept, "object", parameter="name")
     return kept
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from varishold._name import NONE_OF_THESE, plain_name
+from varishold._name import plain_name, refuse_name_of_strangers
 from varishold.errors import InputError
 from varishold.frame.checks import is_number
 from varishold.grasp.estimator import check_classification_targets
@@ -20,7 +20,7 @@ __all__ = [
     "checked_groups",
     "checked_labels",
     "checked_targets",
-    "nothing_is_called_so",
+    "plain_names",
 ]
 
 
@@ -32,11 +32,6 @@ def check_options(error: Any, drift: Any, folds: Any) -> None:
         raise InputError(f"drift must be at least 0 and below 1, got {drift!r}")
     if isinstance(folds, bool) or not isinstance(folds, (int, np.integer)) or folds < 2:
         raise InputError(f"folds must be a whole number, at least 2, got {folds!r}")
-
-
-def nothing_is_called_so() -> str:
-    """Say that no thing can be called as strangers are."""
-    return f"no thing can be called {NONE_OF_THESE!r}, which is said of strangers; choose another label"
 
 
 def check_presses(X: Any) -> None:
@@ -61,7 +56,7 @@ def checked_labels(y: ArrayLike) -> NDArray[Any]:
         if broken.size:
             got = labels.ravel()[broken[0]]
             raise InputError(f"press {broken[0]}: its label must be a text or a whole number, got {got:g}")
-    return _plain_names(labels, "label")
+    return _things(labels)
 
 
 def checked_targets(labels: ArrayLike) -> NDArray[Any]:
@@ -70,7 +65,7 @@ def checked_targets(labels: ArrayLike) -> NDArray[Any]:
         # That there are nearly as many classes as presses: those with one are refused.
         warnings.simplefilter("ignore", UserWarning)
         check_classification_targets(labels)
-    return _plain_names(np.asarray(labels), "label")
+    return _things(np.asarray(labels))
 
 
 def checked_groups(groups: ArrayLike | None, n_presses: int) -> NDArray[Any] | None:
@@ -81,14 +76,14 @@ def checked_groups(groups: ArrayLike | None, n_presses: int) -> NDArray[Any] | N
     none = first_without_name(given)
     if none is not None:
         raise InputError(f"press {none} has no group: name its session, or leave the groups out")
-    named = _plain_names(given.astype(np.str_) if given.dtype.kind == "O" else given, "group")
+    named = plain_names(given.astype(np.str_) if given.dtype.kind == "O" else given, "group")
     if named.shape != (n_presses,):
         raise InputError(f"groups must be one a press, {n_presses} of them, got {named.shape}")
     return named
 
 
-def _plain_names(names: NDArray[Any], what: str) -> NDArray[Any]:
-    """Return names as they are kept; what is no text stays as it is."""
+def plain_names(names: NDArray[Any], what: str) -> NDArray[Any]:
+    """Return the names of presses, "label" or "group", as they are kept; what is no text stays as it is."""
     texts = names.dtype.kind == "O" and all(isinstance(name, str) for name in names.ravel())
     given = names.astype(np.str_) if texts else names
     if given.dtype.kind != "U":
@@ -98,8 +93,14 @@ def _plain_names(names: NDArray[Any], what: str) -> NDArray[Any]:
     if None in kept:
         wrong = kept.index(None)
         press = int(np.flatnonzero(of.ravel() == wrong)[0])
-        raise InputError(f"press {press}: its {what} must be a line of printable text, got {str(different[wrong])!r}")
-    if what == "label" and NONE_OF_THESE in kept:
-        press = int(np.flatnonzero(of.ravel() == kept.index(NONE_OF_THESE))[0])
-        raise InputError(f"press {press}: {nothing_is_called_so()}")
+        got = str(different[wrong])[:60]
+        raise InputError(f"press {press}: its {what} must be a line of printable text, got {got!r}")
     return np.array(kept, dtype=np.str_)[of].reshape(given.shape)
+
+
+def _things(labels: NDArray[Any]) -> NDArray[Any]:
+    """Return what things are called, as it is kept."""
+    names = plain_names(labels, "label")
+    for press, name in enumerate(names.ravel().tolist()):
+        refuse_name_of_strangers(name, place=f"press {press}: ")
+    return names

@@ -10,11 +10,10 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from varishold._name import NONE_OF_THESE, plain_name
+from varishold._name import plain_name, refuse_name_of_strangers
 from varishold.errors import InputError
 from varishold.learning.adaptation import estimate_drift
 from varishold.learning.another_day import Judged, judge
-from varishold.learning.checks import nothing_is_called_so
 from varishold.learning.explanation import deciding_measures, nearest_landmark, outside_measures
 from varishold.learning.press_classifier import MOST_MEASURES, PressClassifier, equal_rows
 from varishold.learning.sources import FORMS_SHARE, Learned, learn, with_class
@@ -200,8 +199,7 @@ class TactileClassifier(PressClassifier):
             named = plain_name(label)
             if named is None:
                 raise InputError(f"the new class has no name: give it a label, a line of printable text, got {label!r}")
-            if named == NONE_OF_THESE:
-                raise InputError(nothing_is_called_so())
+            refuse_name_of_strangers(named)
             label = named
         asked = self._asked(X)
         presses = [asked[k] for k in np.unique(first_of_same(asked))]

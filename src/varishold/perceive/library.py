@@ -14,7 +14,7 @@ from typing import Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold._name import NONE_OF_THESE, plain_name
+from varishold._name import NONE_OF_THESE, plain_name, refuse_name_of_strangers
 from varishold.errors import InputError, require
 from varishold.frame.checks import as_positive
 from varishold.perceive.evidence import SIZE_PREFIX, Evidence
@@ -487,7 +487,7 @@ def _object_name(name: object) -> str:
     kept = plain_name(name)
     if kept is None:
         raise InputError(f"an object needs a name, a line of printable text, got {name!r}")
-    require(kept != NONE_OF_THESE, f"no object can be called {kept!r}, which is said of strangers; choose another name")
+    refuse_name_of_strangers(kept, "object")
     return kept
 
 
