@@ -102,6 +102,19 @@ def test_the_page_tells_a_whole_hand_and_every_key(tmp_path: Path) -> None:
         assert f"`{key}`" in page or f"[{key}]" in page, key
 
 
+def test_a_joint_without_a_range_moves_no_farther_than_hands_do(tmp_path: Path) -> None:
+    ends = 'name = "left"\nopen = [0.01]\nclosed = [-0.055]\n'
+    toml = TOML.replace('name = "left"\n', ends)
+    for kind, told in (("slide", "[-1, 1]"), ("hinge", "[-6.28319, 6.28319]")):
+        mjcf = MJCF.replace('type="slide" axis="0 1 0" range="-.055 .01"', f'type="{kind}" axis="0 1 0"')
+        with pytest.raises(InputError, match=re.escape(f"closed must lie in {told}, where 'left_slide' moves, got 90")):
+            read_hand(write_gripper(tmp_path, toml=toml.replace("-0.055", "90"), mjcf=mjcf))
+        if kind == "slide":
+            assert read_hand(write_gripper(tmp_path, toml=toml, mjcf=mjcf)).all_digits[0].closed == (-0.055,)
+            # An end of a range may be rounded.
+            assert read_hand(write_gripper(tmp_path, toml=toml.replace("-0.055", "-0.05503"))).all_digits
+
+
 def test_its_own_actuators_and_parts_of_geoms(tmp_path: Path) -> None:
     own = 'actuators = ["drive"]\nopen = [0.01]\nclosed = [-0.055]\n'
     toml = TOML.replace('joints = ["left_slide"]\n', f'joints = ["left_slide"]\n{own}parts = {{ jaw = ["jaw"] }}\n')
@@ -111,6 +124,13 @@ def test_its_own_actuators_and_parts_of_geoms(tmp_path: Path) -> None:
     hand = read_hand(write_gripper(tmp_path, toml=f'pads = "all"\n{toml}'))
     assert hand.parts == ("left.jaw", "right.right", "palm") == hand.pads
     assert hand.driven("left")
+    for said, odd in (
+        (own.replace("-0.055", "-0.1"), "closed must lie in [-0.055, 0.01], where 'drive' moves, got -0.1"),
+        (f"{own}straight = [0]\n", "straight says nothing of a digit with actuators"),
+        (f"{own}torque = [3]\n", "torque says nothing of a digit with actuators"),
+    ):
+        with pytest.raises(InputError, match=re.escape(odd)):
+            read_hand(write_gripper(tmp_path, toml=toml.replace(own, said)))
     assert hand.closing("left").tolist() == [-0.055]
     assert hand.pad_size_m("palm") == pytest.approx((0.08, 0.1))
 
@@ -143,6 +163,9 @@ def test_its_own_actuators_and_parts_of_geoms(tmp_path: Path) -> None:
         ('name = "left"\n', 'name = "left"\nactuators = ["drive"]\n', "open and closed are needed with actuators"),
         ('name = "left"\n', 'name = "left"\nopen = [0.0]\nclosed = [0.0]\n', "'left' cannot close"),
         ('name = "left"\n', 'name = "left"\nopen = [0.0, 1.0]\n', "open must be a list of 1 number"),
+        ('name = "left"\n', 'name = "left"\nclosed = [5]\n', "closed must lie in [-0.055, 0.01], where 'left_slide'"),
+        ('name = "left"\n', 'name = "left"\nopen = [-0.06]\n', "open must lie in [-0.055, 0.01], where 'left_slide'"),
+        ('name = "left"\n', 'name = "left"\nopen = [0]\nstraight = [1]\n', "straight must lie in [-0.055, 0], where"),
         ('name = "left"\n', 'name = "left"\ntorque = [-1]\n', "torque must be a number in [0, 10000], got -1"),
         ('part = "left.left"', 'part = "left"', "part must be one of left.left, right.right, palm; got 'left'"),
         ('part = "left.left"', 'part = "palm"', "no switch is on a finger"),

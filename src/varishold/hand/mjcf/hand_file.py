@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -32,6 +33,8 @@ SHIPPED_HANDS: dict[str, Path] = {"three-finger": _HANDS / "three-finger" / "han
 
 _MOST_DIGITS, _MOST_JOINTS, _MOST_SWITCHES = 12, 12, 200
 _FAR = 1e4
+# An end of a range may be written with fewer digits, and lie beyond it by this part.
+_ROUNDED = 1e-3
 # A joint closes with so much where neither file says it (N m, N), and joints farther out with this part of the first.
 _TORQUE_NM, _FORCE_N, _OUTWARD = 0.55, 15.0, (1.0, 0.6, 0.44)
 
@@ -179,14 +182,21 @@ def _digit(table: Table, measured: Measured, joints: tuple[str, ...]) -> MjcfDig
     if "." in name or name == "palm":
         raise table.wrong("name", f"must be another than 'palm' and hold no dot, got {name!r}")
     opposed, actuators = table.flag("opposed"), table.texts("actuators")
-    n = len(actuators) or len(joints)
-    opened, closed = table.numbers("open", n, -_FAR, _FAR), table.numbers("closed", n, -_FAR, _FAR)
+    if actuators:
+        ranges = {name: measured.actuator_range(name) for name in actuators}
+    else:
+        ranges = {name: measured.joint_range(name) for name in joints}
+    n = len(ranges)
+    opened, closed = _within(table, "open", ranges), _within(table, "closed", ranges)
     slides = tuple(measured.slides(joint) for joint in joints)
     if actuators:
         if opened is None or closed is None:
             raise InputError(
                 f"{table.where}: open and closed are needed with actuators: what each is told, {n} numbers"
             )
+        for key in ("straight", "torque"):
+            if key in table.content:
+                raise table.wrong(key, "says nothing of a digit with actuators; leave it out")
         straight: tuple[float, ...] = ()
         torque: tuple[float, ...] = (1.0,) * n
     else:
@@ -194,7 +204,8 @@ def _digit(table: Table, measured: Measured, joints: tuple[str, ...]) -> MjcfDig
             usual = measured.open_and_closed(joints, opposed, table)
             opened, closed = opened or usual[0], closed or usual[1]
         low, high = np.minimum(opened, closed), np.maximum(opened, closed)
-        straight = table.numbers("straight", n, -_FAR, _FAR) or tuple(np.clip(0.0, low, high).tolist())
+        reached = dict(zip(joints, zip(low.tolist(), high.tolist(), strict=True), strict=True))
+        straight = _within(table, "straight", reached) or tuple(np.clip(0.0, low, high).tolist())
         first = measured.torque(joints[0]) or (_FORCE_N if slides[0] else _TORQUE_NM)
         weaker = [first * _OUTWARD[min(k, 2)] for k in range(n)]
         own = [measured.torque(joint) for joint in joints]
@@ -206,6 +217,16 @@ def _digit(table: Table, measured: Measured, joints: tuple[str, ...]) -> MjcfDig
         if not any(each > 0 and a != b for each, a, b in zip(torque, opened, closed, strict=True)):
             raise table.wrong("torque", f"must be positive for a joint of {name!r} that closes")
     return MjcfDigit(name, joints, (), opposed, opened, closed, straight, torque, slides, actuators)
+
+
+def _within(table: Table, key: str, ranges: Mapping[str, tuple[float, float]]) -> tuple[float, ...] | None:
+    """Return a number for each joint or actuator, in its range; None where they are not said."""
+    values = table.numbers(key, len(ranges), -_FAR, _FAR)
+    for value, (name, (low, high)) in zip(values or (), ranges.items(), strict=False):
+        slack = _ROUNDED * max(high - low, abs(low), abs(high))
+        if not low - slack <= value <= high + slack:
+            raise table.wrong(key, f"must lie in [{low:g}, {high:g}], where {name!r} moves, got {value:g}")
+    return values
 
 
 def _check_digits(path: Path, digits: list[MjcfDigit]) -> None:

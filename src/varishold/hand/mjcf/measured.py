@@ -156,6 +156,22 @@ class Measured:
         """Whether a joint slides along its axis."""
         return self._kind(joint) == self._slide
 
+    def joint_range(self, joint: str) -> tuple[float, float]:
+        """Where a joint may be: its own range, or what no hand exceeds. Radians, or metres of one that slides."""
+        if not self.model.jnt_limited[self._joint(joint).id]:
+            most = _LARGEST_M if self.slides(joint) else 2 * np.pi
+            return -most, most
+        low, high = self._joint(joint).range
+        return float(low), float(high)
+
+    def actuator_range(self, name: str) -> tuple[float, float]:
+        """What an actuator of the model's own may be told."""
+        own = self.model.actuator(PREFIX + name)
+        if not self.model.actuator_ctrllimited[own.id]:
+            return -np.inf, np.inf
+        low, high = own.ctrlrange
+        return float(low), float(high)
+
     def torque(self, joint: str) -> float | None:
         """The largest torque that the model's own actuator has at a joint; None where that is not said."""
         own = self._whole.joint(joint)
