@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import sys
+from collections.abc import Iterable
 from typing import Any, TypeGuard
 
 import numpy as np
@@ -21,6 +22,7 @@ __all__ = [
     "as_given",
     "as_levels",
     "as_mask",
+    "as_names",
     "as_numbers",
     "as_pitch",
     "as_positive",
@@ -274,7 +276,7 @@ def as_positive(value: Any, name: str) -> float:
     """
     number = 0.0
     with contextlib.suppress(TypeError, ValueError, OverflowError):
-        number = 0.0 if isinstance(value, str | bytes) or np.ndim(value) else float(value)
+        number = 0.0 if isinstance(value, str | bytes | bool | np.bool_) or np.ndim(value) else float(value)
     if not 0 < number < math.inf:
         raise InputError(f"{name} must be positive and finite, got {value!r}")
     return number
@@ -291,6 +293,22 @@ def as_whole(value: Any, name: str, least: int = 1) -> int:
     if isinstance(value, bool | np.bool_) or not isinstance(value, int | np.integer) or value < least:
         raise InputError(f"{name} must be a whole number from {least}, got {value!r}")
     return int(value)
+
+
+def as_names(names: Any, what: str) -> list[str]:
+    """Return several names; one text is no list of them.
+
+    Raises
+    ------
+    InputError
+        If they are anything else.
+    """
+    several = isinstance(names, Iterable) and not isinstance(names, str | bytes)
+    given = list(names) if several else []
+    if not several or not all(isinstance(each, str) for each in given):
+        got = " ".join(repr(names).split())[:60]
+        raise InputError(f"{what} must be several names, as in a list, got {got}")
+    return given
 
 
 def as_levels(levels: int | ArrayLike) -> tuple[int, NDArray[np.float64]]:

@@ -15,7 +15,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError
+from varishold.errors import InputError, require, require_a
+from varishold.frame.checks import is_number
 from varishold.perceive.evidence import Evidence
 from varishold.perceive.library import LOG_SIZES, REFUSED_AT, Library
 from varishold.perceive.name_evidence import NameEvidence
@@ -104,8 +105,11 @@ class Belief:
         Raises
         ------
         InputError
-            If the library knows none of the prior's names.
+            If the library knows none of the prior's names, or the share of strangers is none.
         """
+        require_a(Library, library, "library", "made by from_examples or read_library")
+        share = is_number(strangers) and 0 <= strangers < 1
+        require(share, f"strangers must be a share of at least 0 and below 1, got {strangers!r}")
         n_kinds = len(library.object_of_kind)
         alike = cls(
             library,
@@ -117,6 +121,7 @@ class Belief:
         )
         if prior is None:
             return alike
+        require_a(NameEvidence, prior, "prior", "what another sense says of the name")
         told = alike.after(prior)
         told = replace(told, remarks=(*told.remarks, *prior.silence(library.objects)))
         return replace(told, answers=(), seen=prior) if prior.p_value < 1 else told
@@ -140,6 +145,7 @@ class Belief:
                 answers=(*self.answers, evidence),
                 remarks=(*self.remarks, *evidence.remarks(objects)),
             )
+        require_a(Evidence, evidence, "evidence", "or a NameEvidence")
         model = self.library.touches.get(evidence.touch)
         if model is None:
             raise InputError(

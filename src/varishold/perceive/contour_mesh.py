@@ -9,7 +9,7 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import require
+from varishold.errors import require, require_a
 
 __all__ = ["SurfaceMesh", "contour_mesh", "write_stl"]
 
@@ -158,6 +158,7 @@ def write_stl(path: str | os.PathLike[str], mesh: SurfaceMesh) -> None:
     """
     from varishold.files import atomic_write
 
+    require_a(SurfaceMesh, mesh, "mesh", "as ImplicitSurface.mesh makes it")
     rows = np.zeros(len(mesh.faces), [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("more", "<u2")])
     normal = mesh.face_normals
     rows["normal"] = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)

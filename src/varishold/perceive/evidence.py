@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError, require
-from varishold.frame.checks import as_positive
+from varishold.errors import InputError, require, require_a
+from varishold.frame.checks import as_positive, is_number
 from varishold.perceive.grip import GRIP_SECTIONS, GripContacts, fit_ball_size, fit_section, grip_size
 from varishold.touch.pads.surface import PadSurface, SurfaceName
 
@@ -68,21 +69,30 @@ class Evidence:
         what = type(self.values).__name__
         require(isinstance(self.values, Mapping), f"values of touch {self.touch!r} must be numbers by name, got {what}")
         values = {}
-        for name, value in self.values.items():
+        given: Mapping[Any, Any] = self.values
+        for name, value in given.items():
+            require(isinstance(name, str), f"values of touch {self.touch!r} must be numbers by name, got {name!r}")
             try:
-                number = float(value)
+                # What is on or off counts as 1 or 0; a text is no number, whatever stands in it.
+                number = None if isinstance(value, str | bytes) else float(value)
             except (TypeError, ValueError, OverflowError):
-                raise InputError(f"{name} of touch {self.touch!r} must be a number, got {value!r}") from None
+                number = None
+            if number is None:
+                raise InputError(f"{name} of touch {self.touch!r} must be a number, got {value!r}")
             if np.isinf(number):
                 raise InputError(f"{name} of touch {self.touch!r} must be finite, got {number}")
-            values[str(name)] = number
+            values[name] = number
+        flag = isinstance(self.failed, bool | np.bool_)
+        require(flag, f"failed of touch {self.touch!r} must be True or False, got {self.failed!r}")
         empty = not any(np.isfinite(number) for number in values.values())
         require(
             empty or not self.failed, f"touch {self.touch!r} failed, so that it cannot have values; got {len(values)}"
         )
         for word in ("remarks", "reasons"):
-            texts = not isinstance(getattr(self, word), str)
-            require(texts, f"{word} of touch {self.touch!r} must be a tuple of texts, got one text")
+            said = getattr(self, word)
+            texts = isinstance(said, tuple | list) and all(isinstance(text, str) for text in said)
+            got = "one text" if isinstance(said, str) else repr(said)[:40]
+            require(texts, f"{word} of touch {self.touch!r} must be a tuple of texts, got {got}")
         object.__setattr__(self, "values", values)
         if self.seconds is not None:
             object.__setattr__(self, "seconds", as_positive(self.seconds, f"the seconds of touch {self.touch!r}"))
@@ -96,6 +106,10 @@ def switch_values(switches: Mapping[str, bool | None]) -> dict[str, float]:
     """Return on-off switches as evidence; None for one that is broken."""
     what = type(switches).__name__
     require(isinstance(switches, Mapping), f"switches must be True, False or None by name, got {what}")
+    for name, on in switches.items():
+        require(isinstance(name, str), f"switches must be True, False or None by name, got {name!r}")
+        known = isinstance(on, bool | np.bool_) or (is_number(on) and (on in (0, 1) or on != on))
+        require(on is None or known, f"switch {name!r} must be True, False or None, got {on!r}")
     return {f"switch.{name}": float("nan") if on is None else float(on) for name, on in switches.items()}
 
 
@@ -109,6 +123,7 @@ def grip_values(contacts: GripContacts | None) -> dict[str, float]:
     """
     if contacts is None:
         return {}
+    require_a(GripContacts, contacts, "contacts", "where a hand's parts touch")
     out: dict[str, float] = {"fit.parts": float(contacts.touched.sum())}
     for section in GRIP_SECTIONS:
         fit, grown = fit_section(contacts, section), fit_section(contacts, section, grows=True)
@@ -147,9 +162,12 @@ def pad_values(name: str, surface: PadSurface | None, *, size_m: float | None = 
     size_m : float, optional
         The gripped size: curvatures are compared with it, so that a large cylinder feels like a small one. Metres.
     """
+    require(isinstance(name, str), f"a pad needs a name, got {name!r}")
+    require(size_m is None or is_number(size_m), f"size_m of a pad's object must be a number, got {size_m!r}")
     if surface is None:
         numbers = [0.0] * len(_PAD_NUMBERS)
     else:
+        require_a(PadSurface, surface, f"surface of pad {name!r}", "as feel_surface returns it, or None")
         radius_m = float(np.clip(size_m or _USUAL_SIZE_M, _LEAST_SIZE_M, _MOST_SIZE_M)) / 2
         log = surface.by_name
         over_flat = (log["curved"] - log["flat"], log["edge"] - log["flat"], log["point"] - log["flat"])
@@ -173,6 +191,11 @@ def form_values(
         How much likelier curved is than flat or edge, over all pressed pads and at the least one.
     """
     out: dict[str, float] = {}
+    what = type(surfaces).__name__
+    require(surfaces is None or isinstance(surfaces, Mapping), f"surfaces must be given by the pads' names, got {what}")
+    for name, surface in (surfaces or {}).items():
+        if surface is not None:
+            require_a(PadSurface, surface, f"surface of pad {name!r}", "as feel_surface returns it, or None")
     size = None if contacts is None else grip_size(contacts)
     if size is not None:
         out["form.grip_round"] = float(np.arcsinh(size.pillar.cost - size.cylinder.cost))

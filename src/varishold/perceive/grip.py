@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError, require, require_a
+from varishold.frame.checks import as_given, as_names
 from varishold.perceive.section_fit import fit_ball, fit_turns, meeting
 
 __all__ = [
@@ -77,6 +78,7 @@ class GripContacts:
     half_height_m: Floats | None = None
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "parts", tuple(as_names(self.parts, "parts of grip contacts")))
         n = len(self.parts)
         if self.half_height_m is None:
             object.__setattr__(self, "half_height_m", self.radius_m)
@@ -99,7 +101,7 @@ class GripContacts:
             object.__setattr__(self, name, array)
         if n and self.radius_m.min() < 0:
             raise InputError(f"radius_m of grip contact {self.parts[int(self.radius_m.argmin())]!r} is negative")
-        given = np.asarray(self.touched)
+        given = as_given(self.touched, "touched of grip contacts must be true or false each")
         # A switch that is not known is no touch, and NaN would count as one.
         sure = given.dtype.kind in "biuf" and np.all((given == 0) | (given == 1))
         require(sure, "touched of grip contacts must be true or false each; leave out parts that cannot tell")
@@ -285,7 +287,9 @@ def fit_section(contacts: GripContacts, section: str, *, grows: bool = False) ->
         None where fewer than three parts touch.
     """
     require_a(GripContacts, contacts, "contacts", "where a hand's parts touch")
-    require(section in GRIP_SECTIONS, f"unknown section {section!r}; known are {', '.join(GRIP_SECTIONS)}")
+    known = isinstance(section, str) and section in GRIP_SECTIONS
+    require(known, f"unknown section {section!r}; known are {', '.join(GRIP_SECTIONS)}")
+    require(isinstance(grows, bool | np.bool_), f"grows must be True or False, got {grows!r}")
     if contacts.touched.sum() < 3:
         return None
     if (section, grows) not in contacts._fits:
@@ -333,6 +337,7 @@ def fit_ball_size(contacts: GripContacts) -> tuple[float, float] | None:
     tuple of 2 floats, or None
         Diameter (metres) and cost, as of a `SectionFit`; None where fewer than three parts touch.
     """
+    require_a(GripContacts, contacts, "contacts", "where a hand's parts touch")
     if contacts.touched.sum() < 3:
         return None
     radius = contacts.radius_m - _SINKS_M

@@ -11,7 +11,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from varishold.errors import require
+from varishold.errors import require, require_a
+from varishold.frame.checks import is_number
 from varishold.perceive.contour_mesh import SurfaceMesh, contour_mesh
 from varishold.perceive.distance_process import DistanceProcess, likeliest_process
 from varishold.perceive.surface_points import FEWEST, SurfaceContacts, places_of
@@ -69,10 +70,12 @@ class ImplicitSurface:
     """
 
     def __init__(self, contacts: SurfaceContacts, *, table_m: float | None = None) -> None:
+        require_a(SurfaceContacts, contacts, "contacts", "where a thing was touched")
         if table_m is not None:
             top = float(contacts.point_m[:, 2].max())
             require(
-                np.isfinite(table_m) and table_m < top, f"table_m must lie below the points' top {top:g}, got {table_m}"
+                is_number(table_m) and -np.inf < table_m < top,
+                f"table_m must lie below the points' top {top:g}, got {table_m}",
             )
         self.contacts, self.table_m = contacts, table_m
         everything = np.arange(len(contacts.point_m))
@@ -133,7 +136,9 @@ class ImplicitSurface:
         InputError
             If there are fewer or more steps, or nothing is inside.
         """
-        require(8 <= steps <= 120, f"steps of a surface's grid must lie in 8 .. 120, got {steps!r}")
+        require(
+            is_number(steps) and 8 <= steps <= 120, f"steps of a surface's grid must lie in 8 .. 120, got {steps!r}"
+        )
         low, high = self.bounds_m
         pitch = float((high - low).max()) / steps
         shape = np.ceil((high - low) / pitch).astype(int) + 1
@@ -147,7 +152,8 @@ class ImplicitSurface:
 
     def least_known(self, mesh: SurfaceMesh | None = None) -> tuple[Floats, float]:
         """Return the place of the surface with the largest standard deviation, and that; the table's face is known."""
-        mesh = mesh or self.mesh()
+        mesh = self.mesh() if mesh is None else mesh
+        require_a(SurfaceMesh, mesh, "mesh", "as mesh() makes it")
         seen = np.ones(len(mesh.vertices_m), bool)
         if self.table_m is not None:
             seen = mesh.vertices_m[:, 2] > self.table_m + 1e-4

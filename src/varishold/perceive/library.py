@@ -6,6 +6,7 @@ place, so that size, pose and physics are shared between them.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from varishold._name import NONE_OF_THESE, plain_name, refuse_name_of_strangers
 from varishold.errors import InputError, require
-from varishold.frame.checks import as_positive
+from varishold.frame.checks import as_names, as_positive, is_number
 from varishold.perceive.evidence import SIZE_PREFIX, Evidence
 from varishold.perceive.poses import Kinds, kinds_of, poses_of, usual_of
 from varishold.perceive.size_range import LEAST_SIZE_M, MOST_SIZE_M
@@ -124,6 +125,12 @@ class Library:
         what = type(examples).__name__
         require(isinstance(examples, Mapping), f"examples must be given by the objects' names, got {what}")
         require(examples, "a library needs at least one object")
+        for given, whose in ((sizes_m, "sizes_m"), (poses, "poses")):
+            by_name = given is None or isinstance(given, Mapping)
+            require(by_name, f"{whose} must be given by the objects' names, got {type(given).__name__}")
+        by_touch = costs is None or isinstance(costs, Mapping)
+        require(by_touch, f"costs must be given by the touches' names, got {type(costs).__name__}")
+        require(hand is None or isinstance(hand, str), f"hand must be the name of the one that felt, got {hand!r}")
         examples, sizes_m, poses = _named(examples), _named(sizes_m or {}), _named(poses or {})
         for name, rows in examples.items():
             _check_examples(name, rows)
@@ -229,7 +236,8 @@ class Library:
         InputError
             If the library does not know it.
         """
-        require(name in self.objects, f"the library has no {name!r}; it knows {', '.join(self.objects)}")
+        known = isinstance(name, str) and name in self.objects
+        require(known, f"the library has no {name!r}; it knows {', '.join(self.objects)}")
         return self.objects.index(name)
 
     def refused_after(self, touches: int) -> float:
@@ -354,9 +362,9 @@ class Library:
             If the share, or how far an example counts, is out of its range, or the library does not know a touch.
         """
         for what, number in (("share", share), ("own", own)):
-            require(0 < number <= 1, f"{what} must lie in (0, 1], got {number!r}")
-        self._check_known(touches or ())
-        chosen = set(self.touches if touches is None else touches)
+            require(is_number(number) and 0 < number <= 1, f"{what} must lie in (0, 1], got {number!r}")
+        chosen = self.touches if touches is None else as_names(touches, "touches")
+        self._check_known(chosen)
         return replace(
             self,
             touches={
@@ -373,6 +381,7 @@ class Library:
         InputError
             If one of them is unknown or named twice, or none is named.
         """
+        names = as_names(names, "names")
         index = [self.index(name) for name in names]
         require(index, f"an empty list names no object; the library knows {', '.join(self.objects)}")
         require(len(set(names)) == len(names), f"an object is named twice among {', '.join(names)}")
@@ -415,7 +424,8 @@ class Library:
 
     def _check_pose(self, pose: str) -> None:
         told = ", ".join(self.poses) or "no pose"
-        require(pose in self.poses, f"the library knows nothing that was felt {pose!r}; it tells {told}")
+        known = isinstance(pose, str) and pose in self.poses
+        require(known, f"the library knows nothing that was felt {pose!r}; it tells {told}")
 
     def _check_known(self, touches: Iterable[str]) -> None:
         known = ", ".join(self.touches)
@@ -513,10 +523,13 @@ def _check_examples(name: str, examples: Sequence[Sequence[Evidence]]) -> None:
 
 def _log_sizes(name: str, size_m: float | Sequence[float] | None, n: int) -> Floats:
     """Return the logarithm of the size of each of n examples; NaN where it is unknown."""
-    try:
-        sizes = np.asarray(np.nan if size_m is None else size_m, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise InputError(f"sizes of {name!r} must be numbers, metres; got {size_m!r}") from None
+    sizes = np.empty(0)
+    with contextlib.suppress(TypeError, ValueError, OverflowError):
+        given = np.asarray(np.nan if size_m is None else size_m, dtype=object)
+        if not any(isinstance(size, str | bytes | bool | np.bool_) for size in given.flat):
+            sizes = given.astype(np.float64)
+    if not sizes.size:
+        raise InputError(f"sizes of {name!r} must be numbers, metres; got {size_m!r}")
     fits = sizes.shape in ((), (n,))
     require(fits, f"{name!r} has {n} examples, but its sizes have shape {sizes.shape}; give one or {n}")
     bad = sizes[np.isinf(sizes) | (sizes <= 0)]

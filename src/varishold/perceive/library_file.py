@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import FormatError, require
+from varishold.errors import FormatError, require, require_a
 from varishold.files import Archive, open_archive, open_packed_archive, parse_json, write_archive
 from varishold.perceive.library import REFUSED_AT, Library
 from varishold.perceive.metric import Metric
@@ -56,6 +56,7 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
     path : str or path-like
         NPZ; a file that is there is replaced only when the new one is complete.
     """
+    require_a(Library, library, "library", "made by from_examples or read_library")
     touches = list(library.touches)
     head: dict[str, Any] = {"format": _FORMAT, "objects": list(library.objects), "touches": touches}
     if library.hand is not None:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
+from varishold.frame.checks import as_positive, is_number
 from varishold.perceive.size_range import LEAST_SIZE_M, MOST_SIZE_M
 from varishold.trust.fusion import MIXING
 
@@ -41,8 +42,7 @@ class SizePrior:
 
     def __post_init__(self) -> None:
         for what, value in (("size_m", self.size_m), ("size_sigma_m", self.size_sigma_m)):
-            if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not 0 < value < np.inf:
-                raise InputError(f"{what} of a pose must be positive and finite, got {value!r}")
+            as_positive(value, f"{what} of a pose")
         if not LEAST_SIZE_M <= self.size_m <= MOST_SIZE_M:
             raise InputError(
                 f"size_m of a pose must lie in [{LEAST_SIZE_M:g}, {MOST_SIZE_M:g}] m, got {self.size_m:g}; "
@@ -120,7 +120,7 @@ class NameEvidence:
                 f"prior of {self.source!r} must be above 0 for each of {', '.join(said)}, got it for {', '.join(prior)}"
             )
         for what, value in (("p_value", self.p_value), ("error", self.error), ("weight", self.weight)):
-            if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not 0 < value <= 1:
+            if not is_number(value) or not 0 < value <= 1:
                 raise InputError(f"{what} of {self.source!r} must be a number above 0 and at most 1, got {value!r}")
         if not (self.pose is None or isinstance(self.pose, SizePrior)):
             raise InputError(f"pose of {self.source!r} must be a SizePrior, got {self.pose!r}")
@@ -212,10 +212,10 @@ def _shares(what: str, source: str, given: object) -> dict[str, float]:
     if not isinstance(given, Mapping) or not given:
         got = "none" if isinstance(given, Mapping) else type(given).__name__
         raise InputError(f"{what} of {source!r} must be numbers by name, got {got}")
-    if any(isinstance(p, str | bool | np.bool_) for p in given.values()):
+    if any(not isinstance(name, str) or isinstance(p, str | bool | np.bool_) for name, p in given.items()):
         raise InputError(f"{what} of {source!r} must be numbers by name, got {_short(given)}")
     try:
-        shares = {str(name): float(p) for name, p in given.items()}
+        shares = {name: float(p) for name, p in given.items()}
     except (TypeError, ValueError, OverflowError):
         raise InputError(f"{what} of {source!r} must be numbers by name, got {_short(given)}") from None
     if not all(p >= 0 for p in shares.values()) or abs(sum(shares.values()) - 1) > _ROUNDING:

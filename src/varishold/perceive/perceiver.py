@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from varishold.errors import InputError, require
+from varishold.frame.checks import as_names, is_number
 from varishold.perceive.belief import STRANGERS, Belief
 from varishold.perceive.evidence import Evidence
 from varishold.perceive.library import NONE_OF_THESE, Library
@@ -148,13 +149,13 @@ class Perceiver:
         pose: str | None = None,
     ) -> None:
         numbers = (least_touches, most_touches)
-        broken = [n for n in numbers if not isinstance(n, (int, np.integer))]
+        broken = [n for n in numbers if isinstance(n, bool) or not isinstance(n, (int, np.integer))]
         if library is not None and not isinstance(library, Library):
             raise InputError(
                 f"library must be a Library, made by from_examples or read_library; got {repr(library)[:40]}"
             )
         require(
-            isinstance(error, (int, float, np.floating)) and 0 < error < 1,
+            is_number(error) and 0 < error < 1,
             f"error must lie between 0 and 1, got {error!r}",
         )
         require(not broken, f"numbers of touches must be whole, got {[*broken, 0][0]!r}")
@@ -162,10 +163,7 @@ class Perceiver:
             1 <= least_touches <= most_touches,
             f"touches must be 1 <= least <= most, got least_touches={least_touches}, most_touches={most_touches}",
         )
-        require(
-            isinstance(strangers, (int, float, np.floating)) and 0 <= strangers < 1,
-            f"strangers must be a share of at least 0 and below 1, got {strangers!r}",
-        )
+        require(isinstance(refuse, bool | np.bool_), f"refuse must be True or False, got {refuse!r}")
         self._given = library
         self.error, self.least_touches, self.most_touches = error, least_touches, most_touches
         self.refuse, self.strangers = refuse, strangers
@@ -223,6 +221,7 @@ class Perceiver:
 
         A second failure of the same touch says nothing more. A touch that the library does not know says nothing.
         """
+        require(isinstance(touch, str), f"a touch has a name, got {touch!r}")
         if touch in self.library.touches and touch not in self.belief.touches:
             self.belief = self.belief.after(Evidence(touch, {}, failed=True))
         self.moved()
@@ -271,7 +270,7 @@ class Perceiver:
         """
         touches, seconds = self.library.touches, self.library.seconds
         takes = {touch: model.cost for touch, model in touches.items()} if seconds is None else seconds
-        can = [t for t in touches if t not in self.belief.touches] if among is None else list(among)
+        can = [t for t in touches if t not in self.belief.touches] if among is None else as_names(among, "among")
         gains = {touch: expected_information(self.belief, touch) for touch in can if touch in touches}
         if not gains:
             return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -54,7 +54,8 @@ def poses_of(
     known = ", ".join(numbers)
     for name, rows in poses.items():
         require(name in numbers, f"poses are given of {name!r}, which has no examples; known are {known}")
-        words = not isinstance(rows, str) and all(isinstance(row, str) and row.strip() for row in rows)
+        words = isinstance(rows, Iterable) and not isinstance(rows, str)
+        words = words and all(isinstance(row, str) and row.strip() for row in rows)
         require(words, f"poses of {name!r} must be words, one an example")
         require(
             len(rows) == numbers[name], f"{name!r} has {numbers[name]} examples, but {len(rows)} poses; give one each"

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from varishold.errors import FormatError, InputError
 from varishold.files.documents import read_json
+from varishold.frame.checks import as_names
 from varishold.perceive.name_evidence import NameEvidence, SizePrior
 
 __all__ = ["read_prior"]
@@ -50,7 +51,7 @@ def read_prior(path: str | os.PathLike[str], objects: Sequence[str] | None = Non
     try:
         prior = NameEvidence(**said | ({} if pose is None else {"pose": SizePrior(**pose)}))
         if objects is not None:
-            prior.check_common(objects)
+            prior.check_common(as_names(objects, "objects"))
         return prior
     except InputError as error:
         raise FormatError(f"{path}: {error}") from None

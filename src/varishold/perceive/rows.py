@@ -9,7 +9,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from varishold.errors import InputError, require
+from varishold.errors import InputError, require, require_a
+from varishold.frame.checks import as_names
 from varishold.perceive.evidence import Evidence, pad_values
 from varishold.perceive.name_evidence import names_in_words
 from varishold.recording import GraspTable, Pad, Recording
@@ -60,6 +61,8 @@ def evidence_of_row(table: GraspTable, k: int, *, touch: str = "grasp", columns:
     >>> dict(evidence.values), evidence.remarks
     ({'switch.v1': 1.0, 'angle_rad.v': nan}, ('grasp: nothing is known of angle_rad.v',))
     """
+    require_a(GraspTable, table, "table", "as read_grasp_table gives it")
+    columns = columns if isinstance(columns, str) else as_names(columns, "columns")
     number = _index("row", k, len(table), table.source)
     felt = [name for name in table.names(columns) if name not in _NOT_FELT and table.cells[name].dtype.kind in "biuf"]
     if not felt:
@@ -118,6 +121,9 @@ def evidence_of_recording(
     InputError
         If there is no such frame, or the spacing is impossible.
     """
+    require_a(Recording, recording, "recording", "as read(path) gives it")
+    _check_skin(skin)
+    pads = None if pads is None else as_names(pads, "pads")
     given, recording = recording, without_faults(recording)
     if frame is None:
         frame = int(np.argmax(recording.totals()))
@@ -167,6 +173,7 @@ def merge_evidence(*parts: Evidence) -> Evidence:
     require(parts, "there is no evidence to merge")
     values: dict[str, float] = {}
     for part in parts:
+        require_a(Evidence, part, "evidence to merge", "of one sensor")
         same = part.touch == parts[0].touch
         require(same, f"evidence of two touches cannot be merged: {parts[0].touch!r} and {part.touch!r}")
         for name, value in part.values.items():
@@ -178,6 +185,12 @@ def merge_evidence(*parts: Evidence) -> Evidence:
     reasons = dict.fromkeys(reason for part in parts for reason in part.reasons)
     failed = any(part.failed for part in parts)
     return Evidence(parts[0].touch, values, tuple(remarks), tuple(reasons), failed=failed)
+
+
+def _check_skin(skin: object) -> None:
+    for one in skin.values() if isinstance(skin, Mapping) else [skin]:
+        if one is not None:
+            require_a(Skin, one, "skin", "of all pads, or of each by its name")
 
 
 def _index(what: str, k: int, n: int, source: str) -> int:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError, require
+from varishold.frame.checks import as_given
 
 __all__ = ["FEWEST", "MOST", "SurfaceContacts", "places_of"]
 
@@ -71,7 +72,7 @@ class SurfaceContacts:
                 np.isfinite(value).all() and value.min() > 0, f"{name} must be positive and finite, got {value.min()}"
             )
             object.__setattr__(self, name, np.broadcast_to(value, (n,)))
-        touch = np.arange(n) if self.touch is None else np.asarray(self.touch)
+        touch = np.arange(n) if self.touch is None else as_given(self.touch, f"touch must be {n} whole numbers")
         require(
             touch.shape == (n,) and touch.dtype.kind in "iu",
             f"touch of {n} contact points must be {n} whole numbers, got {touch.dtype} of shape {touch.shape}",
@@ -83,10 +84,9 @@ class SurfaceContacts:
 
 
 def _numbers(given: ArrayLike, name: str) -> Floats:
-    try:
-        return np.array(given, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise InputError(f"{name} must be numbers in an even array") from None
+    array = as_given(given, f"{name} must be numbers in an even array")
+    require(array.dtype.kind in "iuf", f"{name} must be numbers in an even array, got {array.dtype}")
+    return array.astype(np.float64)
 
 
 def places_of(given: ArrayLike, name: str, *, far: bool = True) -> Floats:

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError, require
-from varishold.frame.checks import is_number
+from varishold.frame.checks import as_array, as_given, is_number
 
 __all__ = ["MIXING", "SourceWeights", "checked_truth", "choose_weights", "fuse", "log_loss"]
 
@@ -59,6 +59,9 @@ class SourceWeights:
     mixing: Mapping[str, float]
 
     def __post_init__(self) -> None:
+        for kind in ("weights", "mixing"):
+            got = type(getattr(self, kind)).__name__
+            require(isinstance(getattr(self, kind), Mapping), f"{kind} must be given by the sources' names, got {got}")
         same = set(self.weights) == set(self.mixing)
         require(same, f"weights are of the sources {sorted(self.weights)}, mixing of {sorted(self.mixing)}")
         for name in self.weights:
@@ -294,6 +297,8 @@ def _trust(name: str, given: SourceWeights | Mapping[str, float] | None, mixing:
     if given is None:
         return 1.0, mixing
     weights = given.weights if isinstance(given, SourceWeights) else given
+    got = type(weights).__name__
+    require(isinstance(weights, Mapping), f"weights must be SourceWeights or given by the sources' names, got {got}")
     if name not in weights:
         there = ", ".join(map(repr, weights)) or "none"
         raise InputError(f"no weight for source {name!r}; there are weights for {there}")
@@ -310,7 +315,7 @@ def _checked(what: str, name: str, value: object, *, below: float = np.inf) -> N
 def _checked_prior(log_prior: ArrayLike | None, k: int) -> Floats:
     if log_prior is None:
         return np.full(k, -np.log(k))
-    prior = np.asarray(log_prior, dtype=np.float64)
+    prior = as_array(log_prior)
     require(prior.shape == (k,), f"log_prior must have shape ({k},), got {prior.shape}")
     allowed = (prior < np.inf).all() and not np.isneginf(prior).all()
     require(allowed, "log_prior must be log-probabilities, some of them above -inf")
@@ -325,7 +330,7 @@ def checked_truth(truth: ArrayLike, n: int, k: int) -> NDArray[np.intp]:
     InputError
         If it is anything else.
     """
-    numbers = np.asarray(truth)
+    numbers = as_given(truth, f"truth must be one whole number a grasp, shape ({n},)")
     require(
         numbers.shape == (n,) and numbers.dtype.kind in "iu",
         f"truth must be one whole number a grasp, shape ({n},), got {numbers.dtype} of {numbers.shape}",
