@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -209,7 +210,7 @@ def bad_files(folder: Path) -> dict[str, tuple[bytes, str]]:
         "words.obj": (b"this is no mesh at all, only words", "no triangle"),
         "words.ply": (b"this is no mesh at all, only words", "no mesh that can be read"),
         "cut.stl": (whole[: len(whole) // 2], "320 triangles announced, 159 there"),
-        "nan.stl": (nan.tobytes(), r"got \(nan, 0.850651, 0\) at triangle 0 of 320"),
+        "nan.stl": (nan.tobytes(), r"got \(nan, 0.850651, 0\) at triangle 0 of 320; mend it where it was made$"),
         "open.stl": (half.export(file_type="stl"), "does not close: [0-9]+ of its edges"),
         "flat.obj": (sheet.export(file_type="obj").encode(), "does not close"),
         "points.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "no triangle"),
@@ -228,6 +229,19 @@ def test_what_is_no_closed_mesh_is_refused_in_a_line_that_names_the_file(tmp_pat
         assert "\n" not in str(raised.value)
     with pytest.raises(InputError, match="there is no such file"):
         read_mesh(tmp_path / "none.stl")
+
+
+@pytest.mark.parametrize("scale", [1e-13, 0.9e-7, 1.1e-7, 1e-3, 0.9e9, 1.1e9, 1e13])
+def test_numbers_of_another_unit_are_refused_with_what_to_do(tmp_path: Path, scale: float) -> None:
+    corners = scale * np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    lines = ["v " + " ".join(f"{at:.17g}" for at in corner) for corner in corners]
+    (tmp_path / "a.obj").write_text("\n".join([*lines, "f 1 3 2", "f 1 2 4", "f 1 4 3", "f 2 3 4"]))
+    if 1e-7 < scale < 1e9:
+        assert read_mesh(tmp_path / "a.obj").volume == pytest.approx(scale**3 / 6)
+        return
+    said = "long at its longest, in its own unit" if scale < 1 else "finite and within 1e+09"
+    with pytest.raises(FormatError, match=f"{re.escape(said)}.* write it in another unit$"):
+        read_mesh(tmp_path / "a.obj")
 
 
 def test_too_many_triangles_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

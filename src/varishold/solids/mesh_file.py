@@ -32,8 +32,8 @@ _NO_ASCII = re.compile(rb"[\x80-\xff]")
 # So many triangles in the wordiest of the formats.
 _MOST_BYTES = 1 << 27
 
-# Numbers beyond this are no place in any unit.
-_MOST_NUMBER = 1e9
+# Numbers beyond this are no place in any unit, and of what is smaller corners cannot be told from one another.
+_MOST_NUMBER, _LEAST_SIZE = 1e9, 1e-7
 
 # What trimesh logs of a damaged file, in many lines, is told in one.
 logging.getLogger("trimesh").addHandler(logging.NullHandler())
@@ -154,9 +154,17 @@ def read_mesh(path: str | os.PathLike[str]) -> TriangleMesh:
     if far.any():
         k, corner, _ = np.argwhere(far)[0].tolist()
         at = ", ".join(f"{value:g}" for value in vertices[faces[k, corner]])
+        finite = np.isfinite(vertices[faces]).all()
+        mend = f"mend it where it was made{', or write it in another unit' if finite else ''}"
         raise FormatError(
             f"{path}: corners of triangles must be finite and within {_MOST_NUMBER:g}, got ({at}) at triangle {k} of "
-            f"{len(faces)}; mend it where it was made"
+            f"{len(faces)}; {mend}"
+        )
+    size = float(np.ptp(vertices[faces.ravel()], axis=0).max())
+    if 0 < size < _LEAST_SIZE:
+        raise FormatError(
+            f"{path}: is {size:.3g} long at its longest, in its own unit, and at least {_LEAST_SIZE:g} is read; "
+            "write it in another unit"
         )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
