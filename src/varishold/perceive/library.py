@@ -6,28 +6,25 @@ place, so that size, pose and physics are shared between them.
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Self, TypeVar
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold._name import NONE_OF_THESE, plain_name, refuse_name_of_strangers
+from varishold._name import NONE_OF_THESE
 from varishold.errors import InputError, require
 from varishold.frame.checks import as_names, as_positive, is_number
-from varishold.perceive.evidence import SIZE_PREFIX, Evidence
+from varishold.perceive.evidence import Evidence
+from varishold.perceive.examples import check_examples, learned_touch, log_sizes, named, object_name, with_examples
 from varishold.perceive.poses import Kinds, kinds_of, poses_of, usual_of
-from varishold.perceive.size_range import LEAST_SIZE_M, MOST_SIZE_M
-from varishold.perceive.touch_learning import touch_model
-from varishold.perceive.touch_model import TouchModel, tempered, with_own_examples
+from varishold.perceive.touch_model import TouchModel, tempered
 
 __all__ = ["LOG_SIZES", "NONE_OF_THESE", "REFUSED_AT", "Library"]
 
 Floats = NDArray[np.float64]
-T = TypeVar("T")
 
 #: The sizes that are told apart, 20 to 250 mm: 101 steps in logarithm. A size beyond its ends is told as the end.
 LOG_SIZES: Floats = np.linspace(np.log(0.02), np.log(0.25), 101)
@@ -122,33 +119,30 @@ class Library:
             If there is no object, one has no example, sizes are not positive or not one an example, poses are not one
             an example, or a touch costs nothing.
         """
-        what = type(examples).__name__
-        require(isinstance(examples, Mapping), f"examples must be given by the objects' names, got {what}")
-        require(examples, "a library needs at least one object")
-        for given, whose in ((sizes_m, "sizes_m"), (poses, "poses")):
-            by_name = given is None or isinstance(given, Mapping)
-            require(by_name, f"{whose} must be given by the objects' names, got {type(given).__name__}")
         by_touch = costs is None or isinstance(costs, Mapping)
         require(by_touch, f"costs must be given by the touches' names, got {type(costs).__name__}")
         require(hand is None or isinstance(hand, str), f"hand must be the name of the one that felt, got {hand!r}")
-        examples, sizes_m, poses = _named(examples), _named(sizes_m or {}), _named(poses or {})
+        examples = named("examples", examples)
+        require(examples, "a library needs at least one object")
+        sizes_m = {} if sizes_m is None else named("sizes_m", sizes_m)
+        poses = {} if poses is None else named("poses", poses)
         for name, rows in examples.items():
-            _check_examples(name, rows)
+            check_examples(name, rows)
             require(rows, f"{name!r} has no example")
-        _check_examples("other things", others)
+        check_examples("other things", others)
         known = ", ".join(examples)
         for name in sizes_m:
             require(name in examples, f"sizes are given of {name!r}, which has no examples; known are {known}")
         costs = {touch: as_positive(cost, f"the cost of touch {touch!r}") for touch, cost in (costs or {}).items()}
         owner = np.repeat(np.arange(len(examples)), [len(rows) for rows in examples.values()])
         pose_names, pose = poses_of(poses, {name: len(rows) for name, rows in examples.items()})
-        log_size = np.concatenate([_log_sizes(name, sizes_m.get(name), len(rows)) for name, rows in examples.items()])
+        log_size = np.concatenate([log_sizes(name, sizes_m.get(name), len(rows)) for name, rows in examples.items()])
         everything = [example for rows in examples.values() for example in rows]
         felt = dict.fromkeys(evidence.touch for row in everything for evidence in row if not evidence.failed)
         require(felt, "the examples hold no touch")
         kinds = kinds_of(owner, pose)
         touches = {
-            touch: _learned(touch, everything, kinds, log_size, others=others, cost=costs.get(touch, 1.0))
+            touch: learned_touch(touch, everything, kinds, log_size, others=others, cost=costs.get(touch, 1.0))
             for touch in felt
         }
         return cls(tuple(examples), owner, log_size, touches, hand, pose_names, pose)
@@ -266,17 +260,17 @@ class Library:
             If the name is taken, there is no example, an example holds no touch that the library knows, or the sizes
             are not positive or not one an example.
         """
-        name = _object_name(name)
+        name = object_name(name)
         require(name not in self.objects, f"the library knows an object called {name!r} already; choose another name")
-        _check_examples(name, examples)
+        check_examples(name, examples)
         require(examples, f"{name!r} needs at least one example, ten are usual")
         n = len(examples)
-        log_size = _log_sizes(name, size_m, n)
+        log_size = log_sizes(name, size_m, n)
         owner = np.append(self.owner, np.full(n, len(self.objects)))
         pose = None if self.pose is None else np.append(self.pose, np.full(n, -1))
         kind = kinds_of(owner, pose).of_example
         touches = {
-            touch: _with_examples(model, [_made(touch, example) for example in examples], kind, log_size)
+            touch: with_examples(model, touch, examples, kind=kind, log_size=log_size)
             for touch, model in self.touches.items()
         }
         unknown = [k for k in range(n) if not any(np.isfinite(m.values[len(self) + k]).any() for m in touches.values())]
@@ -431,114 +425,3 @@ class Library:
         known = ", ".join(self.touches)
         for touch in touches:
             require(touch in self.touches, f"the library knows no touch {touch!r}; it knows {known}")
-
-
-def _learned(
-    touch: str,
-    examples: Sequence[Sequence[Evidence]],
-    kinds: Kinds,
-    log_size: Floats,
-    *,
-    others: Sequence[Sequence[Evidence]],
-    cost: float,
-) -> TouchModel:
-    """Return what examples teach of one touch."""
-    made = [_made(touch, example) for example in examples]
-    names = tuple(dict.fromkeys(name for evidence in made for name in evidence.values))
-    table = np.array([evidence.vector(names) for evidence in made])
-    tells_shape = [not name.startswith(SIZE_PREFIX) for name in names]
-    require(
-        np.isfinite(table[:, tells_shape]).any(),
-        f"touch {touch!r} needs examples with a number that tells shape; "
-        f"names that begin with {SIZE_PREFIX!r} tell size alone",
-    )
-    beside = [evidence for row in others for evidence in row if evidence.touch == touch]
-    strange = [evidence.vector(names) for evidence in beside]
-    # What failed, or of which nothing is known, would count as a thing that feels usual in every way.
-    strange = [row for row in strange if np.isfinite(row).any()]
-    taken = [evidence.seconds for evidence in (*made, *beside) if evidence.seconds is not None]
-    return touch_model(
-        names,
-        table,
-        kinds.of_example,
-        log_size,
-        others=np.array(strange).reshape(-1, len(names)),
-        failed=np.array([evidence.failed for evidence in made]),
-        cost=cost,
-        seconds=float(np.mean(taken)) if taken else None,
-        usual=usual_of(kinds),
-        object_of_kind=kinds.object,
-    )
-
-
-def _with_examples(
-    model: TouchModel, made: Sequence[Evidence], kind: NDArray[np.int64], log_size: Floats
-) -> TouchModel:
-    """Return a model that knows one touch of new examples, of one object more; `kind` is of all examples."""
-    values = np.array([evidence.vector(model.metric.names) for evidence in made])
-    size_values = np.array([evidence.vector(() if model.size is None else model.size.names) for evidence in made])
-    wider = replace(
-        model,
-        values=np.concatenate([model.values, values]),
-        failed=np.append(model.failed, [evidence.failed for evidence in made]),
-        size_values=np.concatenate([model.size_values, size_values]),
-        size=None if model.size is None else model.size.with_object(size_values, log_size),
-    )
-    return with_own_examples(wider, kind, np.arange(len(kind) - len(made), len(kind)))
-
-
-def _made(touch: str, example: Sequence[Evidence]) -> Evidence:
-    """Return the first evidence of a touch that succeeded, or one that says nothing but whether it failed."""
-    made = [evidence for evidence in example if evidence.touch == touch]
-    return next((e for e in made if not e.failed), Evidence(touch, {}, failed=bool(made)))
-
-
-def _object_name(name: object) -> str:
-    kept = plain_name(name)
-    if kept is None:
-        raise InputError(f"an object needs a name, a line of printable text, got {name!r}")
-    refuse_name_of_strangers(kept, "object")
-    return kept
-
-
-def _named(of: Mapping[str, T]) -> dict[str, T]:
-    """Return what is told of objects by their names as they are kept."""
-    named = {_object_name(name): told for name, told in of.items()}
-    if len(named) < len(of):
-        twice = next(name for name in named if sum(_object_name(given) == name for given in of) > 1)
-        raise InputError(f"two objects are called {twice!r}: their names differ by a space at the ends only")
-    return named
-
-
-def _check_examples(name: str, examples: Sequence[Sequence[Evidence]]) -> None:
-    """Refuse examples that are no lists of evidence."""
-    if not isinstance(examples, Sequence):
-        raise InputError(f"examples of {name!r} must be a list of lists of Evidence, got {repr(examples)[:40]}")
-    for k, example in enumerate(examples):
-        alone = isinstance(example, Evidence)
-        require(not alone, f"example {k} of {name!r} must be a list of the evidence of its touches; put it in a list")
-        if not isinstance(example, Sequence) or not all(isinstance(evidence, Evidence) for evidence in example):
-            raise InputError(f"example {k} of {name!r} must be a list of Evidence, got {repr(example)[:40]}")
-
-
-def _log_sizes(name: str, size_m: float | Sequence[float] | None, n: int) -> Floats:
-    """Return the logarithm of the size of each of n examples; NaN where it is unknown."""
-    sizes = np.empty(0)
-    with contextlib.suppress(TypeError, ValueError, OverflowError):
-        given = np.asarray(np.nan if size_m is None else size_m, dtype=object)
-        if not any(isinstance(size, str | bytes | bool | np.bool_) for size in given.flat):
-            sizes = given.astype(np.float64)
-    if not sizes.size:
-        raise InputError(f"sizes of {name!r} must be numbers, metres; got {size_m!r}")
-    fits = sizes.shape in ((), (n,))
-    require(fits, f"{name!r} has {n} examples, but its sizes have shape {sizes.shape}; give one or {n}")
-    bad = sizes[np.isinf(sizes) | (sizes <= 0)]
-    if bad.size:
-        raise InputError(f"a size of {name!r} must be positive and finite, got {bad.flat[0]:g} m")
-    far = sizes[(sizes < LEAST_SIZE_M) | (sizes > MOST_SIZE_M)]
-    if far.size:
-        raise InputError(
-            f"a size of {name!r} must lie in [{LEAST_SIZE_M:g}, {MOST_SIZE_M:g}] m, got {far.flat[0]:g}; "
-            "is it in millimetres?"
-        )
-    return np.log(np.broadcast_to(sizes, (n,)))
