@@ -41,7 +41,8 @@ if TYPE_CHECKING:
     from varishold.grasp.encoder import ThresholdEncoder, shift_variants, with_encoder
     from varishold.grasp.explanation import Explanation
     from varishold.grasp.hyperplanes import Hyperplanes, bisectors
-    from varishold.grasp.model import GraspModel, fit_model, read_model, write_model
+    from varishold.grasp.model import GraspModel, fit_model
+    from varishold.grasp.model_file import read_model, write_model
     from varishold.grasp.separating import Selection, separating_set, smallest_sets
     from varishold.grasp.sign_table import MinimalTable, SignTable, minimal_table, reduced_table, smallest_hyperplanes
     from varishold.grasp.tables import describe_tables
