@@ -145,19 +145,21 @@ def test_an_error_names_the_option_that_would_mend_it(
 
 
 @pytest.mark.parametrize(
-    ("kind", "told"),
+    ("kind", "given", "told"),
     [
-        ("source", "odd (replay:FILE?shape=ROWSxCOLS)"),
-        ("sensor", "odd; in a sensor file: shape = [ROWS, COLUMNS] (--sensor)"),
-        ("recordings", "odd"),
+        ("source", "replay:flat.csv", "odd (replay:FILE?shape=ROWSxCOLS)"),
+        ("source", "lsl:skin", "odd"),
+        ("sensor", None, "odd; in a sensor file: shape = [ROWS, COLUMNS] (--sensor)"),
+        ("recordings", "flat.csv", "odd"),
     ],
 )
-def test_what_a_command_reads_tells_where_a_shape_is_said(kind: str, told: str) -> None:
+def test_what_a_command_reads_tells_where_a_shape_is_said(kind: str, given: str | None, told: str) -> None:
     def command(what: str) -> None:
         """Read something."""
 
     command.__annotations__["what"] = Annotated[str, Argument("what is read"), Reads(kind)]
-    with click.Context(Command("odd", callback=command)):
+    with click.Context(Command("odd", callback=command)) as context:
+        context.params = {"what": given}
         assert with_option(InputError("odd", parameter="shape")) == told
 
 

@@ -16,11 +16,6 @@ __all__ = ["Reads", "Writes", "adds_force", "guarded", "signature_of", "with_opt
 
 # Kinds of what is read that name files, whatever they are.
 _FILES = ("file", "recordings", "bare recordings", "tables")
-# Where a command without an option for it takes the shape of a pad, by the kind of what it reads; the first counts.
-_SHAPE_SAID = {
-    "source": " (replay:FILE?shape=ROWSxCOLS)",
-    "sensor": "; in a sensor file: shape = [ROWS, COLUMNS] (--sensor)",
-}
 
 
 @dataclass(frozen=True)
@@ -128,12 +123,20 @@ def with_option(error: InputError) -> str:
     option = given.get(error.parameter or "")
     if error.parameter == "shape" and (option is None or option.metavar):
         # The command has no such option, or asks by it for something else.
-        marks = _marks(signature_of(context.command.callback)).values()
-        read = {mark.kind for mark in marks if isinstance(mark, Reads)}
-        for kind, words in _SHAPE_SAID.items():
-            if kind in read:
-                return f"{error}{words}"
+        marks = _marks(signature_of(context.command.callback))
+        read = {mark.kind: context.params.get(name) for name, mark in marks.items() if isinstance(mark, Reads)}
+        if "source" in read:
+            return f"{error}{' (replay:FILE?shape=ROWSxCOLS)' if _is_file(read['source']) else ''}"
+        if "sensor" in read:
+            return f"{error}; in a sensor file: shape = [ROWS, COLUMNS] (--sensor)"
     if option is None:
         return str(error)
     named = next(each for each in option.opts if each.startswith("--"))
     return f"{error} ({named}{' ROWSxCOLS' if option.name == 'shape' else ''})"
+
+
+def _is_file(source: str | None) -> bool:
+    """Whether the address of a source is that of a file; any other source says itself what its address lacks."""
+    from varishold.live.address import replayed_file
+
+    return bool(replayed_file(source or ""))

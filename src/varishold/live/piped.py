@@ -103,7 +103,7 @@ class BareNumbers:
         self._interpreter = Interpreter(address)
         shape = address.shape()
         if shape is None:
-            raise InputError(f"{address.text}: bare numbers need their shape, as in shape=16x16")
+            raise InputError(f"{address.text}: bare numbers need their shape, as in shape=16x16", parameter="shape")
         values = shape[0] * shape[1] * np.dtype(address.options["dtype"]).itemsize
         self._size = self._interpreter.skip + values
         self._rest = b""

@@ -131,7 +131,8 @@ class LabStream:
         if shape is not None and math.prod(shape) != count:
             raise InputError(
                 f"{self._address}: has {count} channels, which are no {shape[0]} x {shape[1]}; "
-                "add ?shape=ROWSxCOLS to the address"
+                "add ?shape=ROWSxCOLS to the address",
+                parameter="shape",
             )
         labels, units = _channels(info)
         unit = units.pop() if len(units) == 1 else "raw"
