@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+import tracemalloc
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
@@ -341,6 +342,73 @@ def test_broken_taxels_on_no_grid_leave_an_even_stress_even() -> None:
     np.testing.assert_allclose(made.frame(readings)[made.field], 5.0)
     with pytest.raises(InputError, match="all 36 taxels are broken"):
         made.frame(np.full(36, np.nan))
+
+
+def plain_resampling(positions: np.ndarray, points: np.ndarray, spacing: float, pitch: float) -> tuple[np.ndarray, ...]:
+    """Return weights, nearness and field by looking from every point at every taxel."""
+    weights, nearness = np.zeros((len(points), len(positions))), np.zeros((len(points), len(positions)))
+    reached = np.zeros(len(points), np.bool_)
+    for i, point in enumerate(points):
+        away = positions - point
+        distance = np.linalg.norm(away, axis=1)
+        reached[i] = distance.min() <= 0.75 * max(spacing, pitch)
+        width = 0.5 * max(spacing, distance.min())
+        near = np.exp(-0.5 * (distance / width) ** 2) * (distance <= 4 * width)
+        near /= near.sum()
+        base = np.column_stack([np.ones(len(away)), away / max(spacing, distance.min())])
+        normal = (base * near[:, None]).T @ base + np.diag([0, 1e-9, 1e-9])
+        weights[i], nearness[i] = np.linalg.solve(normal, (base * near[:, None]).T)[0], near
+    return weights, nearness, reached
+
+
+@few
+@given(seed=seeds, n=st.sampled_from([3, 8, 9, 40, 64, 65, 150]), hole=st.booleans())
+def test_looking_near_points_alone_is_looking_at_all_taxels(seed: int, n: int, hole: bool) -> None:
+    rng = np.random.default_rng(seed)
+    positions = rng.uniform(-1e-2, 1e-2, (n, 2))
+    if hole:
+        positions *= (0.01 + rng.uniform(0, 1e-3, (n, 1))) / np.linalg.norm(positions, axis=1, keepdims=True)
+    apart = np.linalg.norm(positions[:, None] - positions, axis=2) + np.diag(np.full(n, np.inf))
+    spacing = float(np.median(np.sort(apart, axis=1)[:, 2 if n >= 9 else 0]))
+    neighbours = np.quantile((apart < 1.2 * spacing).sum(axis=1), 0.75)
+    pitch = spacing * (0.75**0.25 if neighbours > 4 else 1.0)
+    # Of a pair or two that stand close by chance the grid would be of millions of points.
+    assume(spacing > 1e-4 and np.linalg.svd(positions - positions.mean(axis=0))[1][1] > spacing)
+    made = resampling_of(positions)
+    np.testing.assert_allclose(made.pitch_m, pitch, rtol=1e-12)
+    rows, cols = made.shape
+    x = made.origin_m[0] + (np.arange(cols) - (cols - 1) / 2) * made.pitch_m[1]
+    y = made.origin_m[1] + (np.arange(rows) - (rows - 1) / 2) * made.pitch_m[0]
+    points = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    weights, nearness, reached = plain_resampling(positions, points, spacing, pitch)
+    np.testing.assert_array_equal(made.field.ravel(), reached)
+    np.testing.assert_allclose(made.nearness, nearness, atol=1e-12)
+    # Where taxels nearly lie on a line, the plane is as steep as rounding lets it.
+    np.testing.assert_allclose(made.weights, weights, atol=1e-5)
+    values, broken = rng.normal(size=(2, n)), np.arange(n) == n // 2
+    stands = np.zeros(len(points), np.bool_)
+    stands[nearness.argmax(axis=0)] = True
+    np.testing.assert_array_equal(made.stands.ravel(), stands)
+    np.testing.assert_allclose(made.share(broken).ravel(), nearness @ broken, atol=1e-12)
+    near = np.where(broken, 0.0, nearness)
+    total = near.sum(axis=1)
+    around = np.where(broken, 0.0, values) @ near.T / np.maximum(total, 1e-300)
+    back = np.where(total > 0, around, 0.0) @ nearness / np.maximum(nearness.sum(axis=0), 1e-300)
+    np.testing.assert_allclose(made.filled(values, broken), np.where(broken, back, values), atol=1e-12)
+
+
+def test_thousands_of_taxels_take_memory_as_their_number() -> None:
+    tracemalloc.start()
+    try:
+        peaks = []
+        for side in (24, 48, 96):
+            tracemalloc.reset_peak()
+            made = resampling_of(hexagonal(side, side))
+            peaks.append(tracemalloc.get_traced_memory()[1] / side**2)
+            assert made.frame(np.ones(side**2))[made.field] == pytest.approx(1.0)
+    finally:
+        tracemalloc.stop()
+    assert max(peaks) < 2 * min(peaks)
 
 
 def test_positions_on_a_line_and_endless_grids_are_refused() -> None:
