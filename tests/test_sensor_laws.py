@@ -14,6 +14,9 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from varishold.errors import FormatError, InputError
+from varishold.recording import Pad, Recording
+from varishold.recording.inspection import summarize
+from varishold.recording.recording import far_apart
 from varishold.sensor import Logarithmic, Power, Sensor, Skin, read_skin, write_sensor
 from varishold.sensor import spread as spreads
 from varishold.sensor.checks import check_sensor
@@ -409,6 +412,30 @@ def test_thousands_of_taxels_take_memory_as_their_number() -> None:
     finally:
         tracemalloc.stop()
     assert max(peaks) < 2 * min(peaks)
+
+
+@pytest.mark.parametrize("factor", [1.0, 1e3])
+def test_positions_in_millimetres_are_asked_about_and_a_skin_of_a_hundred_metres_is_refused(factor: float) -> None:
+    patch, mat = factor * hexagonal(4, 3), factor * hexagonal(60, 60)
+    asked = "taxels are 2 m apart: are positions_m in millimetres?"
+    assert far_apart(None, patch) == ([asked] if factor > 1 else [])
+    pad = Pad(np.arange(36.0).reshape(3, 1, 12) % 7, positions_m=patch)
+    assert (asked in Recording({"pad": pad}).remarks) == (factor > 1)
+    assert (asked in summarize(Recording({"pad": pad})).notes) == (factor > 1)
+    assert Sensor(positions_m=patch).resampling is not None
+    if factor > 1:
+        with pytest.raises(
+            InputError, match=r"^mat\.toml: positions_m of a sensor reach over 119 m, and no skin"
+        ) as told:
+            _ = Sensor(positions_m=mat, source="mat.toml").resampling
+        assert str(told.value).endswith("are they in millimetres? give them in metres")
+    else:
+        assert Sensor(positions_m=mat).resampling is not None
+
+
+@pytest.mark.parametrize("taxels", [1, 2])
+def test_a_taxel_alone_is_not_far_from_another(taxels: int) -> None:
+    assert len(far_apart(None, 5.0 * np.arange(2.0 * taxels).reshape(-1, 2))) == taxels - 1
 
 
 def test_positions_on_a_line_and_endless_grids_are_refused() -> None:

@@ -73,8 +73,8 @@ def read_recording(
         found = str(error).removesuffix("; leave the shape out")
         raise FormatError(f"{found}, which is the shape of the sensor {sensor_name(sensor)}") from None
     notes = [f"read with the sensor {sensor_name(sensor)}"]
-    if sensor.pitch_m is not None and any(pad.pitch_m is None for pad in recording.pads.values()):
-        notes += far_apart(sensor.pitch_m)
+    if any(pad.pitch_m is None and pad.positions_m is None for pad in recording.pads.values()):
+        notes += far_apart(sensor.pitch_m, sensor.positions_m)
     return replace(recording, notes=(*recording.notes, *notes))
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from varishold.frame.doubts import doubts_of
 from varishold.frame.order_statistics import median_of
-from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
+from varishold.recording.recording import UNNAMED_PAD, Pad, Recording, far_apart
 from varishold.recording.time_unit import no_seconds
 
 __all__ = ["PadSummary", "Summary", "TimeSummary", "faults_of", "summarize"]
@@ -188,7 +188,8 @@ def _doubted(recording: Recording) -> list[str]:
     found = []
     for name, pad in recording.pads.items():
         which = "" if name == UNNAMED_PAD else f"pad {name}: "
-        found += [f"{which}{words}" for words in doubts_of(pad.frames, pad.usable)]
+        doubts = (*far_apart(pad.pitch_m, pad.positions_m), *doubts_of(pad.frames, pad.usable))
+        found += [f"{which}{words}" for words in doubts]
     return found
 
 

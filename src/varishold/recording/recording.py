@@ -22,6 +22,7 @@ from varishold.frame.doubts import doubts_of
 from varishold.frame.health import Extent, broken_taxels, extent_of, remarks_of
 from varishold.frame.holes import hole_share
 from varishold.frame.slow_drift import slow_drift
+from varishold.frame.taxels_apart import spacing_of
 from varishold.recording.press_table import Mark, PressTable, checked_marks, checked_press, press_remarks, press_table
 from varishold.recording.pressure_unit import pascals_per_unit
 from varishold.recording.time_unit import no_seconds
@@ -296,15 +297,20 @@ def _pad_remarks(pad: Pad) -> Iterator[str]:
             f"{holes:.2g} of all readings are exactly 0, far below the others: where a camera sees "
             "nothing? fill them with what is near, or they are deep presses"
         )
-    yield from far_apart(pad.pitch_m)
+    yield from far_apart(pad.pitch_m, pad.positions_m)
     yield from doubts_of(pad.frames, pad.usable)
 
 
-def far_apart(pitch_m: tuple[float, float] | None) -> list[str]:
-    """Say where taxels are farther apart than those of any skin."""
-    if pitch_m is None or max(pitch_m) <= _FARTHEST_M:
-        return []
-    return [f"taxels are {max(pitch_m):g} m apart: is the pitch in millimetres?"]
+def far_apart(pitch_m: tuple[float, float] | None, positions_m: NDArray[np.float64] | None = None) -> list[str]:
+    """Say where taxels, on a grid or at positions, are farther apart than those of any skin."""
+    told = []
+    if pitch_m is not None and max(pitch_m) > _FARTHEST_M:
+        told.append(f"taxels are {max(pitch_m):g} m apart: is the pitch in millimetres?")
+    if positions_m is not None and len(positions_m) > 1:
+        spacing = spacing_of(positions_m)
+        if spacing > _FARTHEST_M:
+            told.append(f"taxels are {spacing:.3g} m apart: are positions_m in millimetres?")
+    return told
 
 
 def frame_of(pad: Pad, index: int) -> NDArray[np.float64]:

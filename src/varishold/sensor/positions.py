@@ -29,6 +29,8 @@ _NEIGHBOUR = 1.2
 _MOST_POINTS = 1 << 16
 # No patch has so many taxels in a line; farther off, planes through taxels are lost in rounding.
 _FARTHEST = 1e5
+# No skin reaches farther, metres.
+_FARTHEST_M = 100.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +191,7 @@ def resampling_of(positions_m: Floats, pitch_m: tuple[float, float] | None = Non
     Raises
     ------
     InputError
-        If the taxels do not span an area, or the grid would be enormous.
+        If the taxels do not span an area, or reach farther than any skin, or the grid would be enormous.
     """
     spacing = spacing_of(positions_m)
     low, high = positions_m.min(axis=0), positions_m.max(axis=0)
@@ -198,6 +200,11 @@ def resampling_of(positions_m: Floats, pitch_m: tuple[float, float] | None = Non
         raise InputError(
             f"positions_m of a sensor reach over {reach:g} m, and its taxels are {spacing:g} m apart: all "
             "must be in metres"
+        )
+    if reach > _FARTHEST_M:
+        raise InputError(
+            f"positions_m of a sensor reach over {reach:.3g} m, and no skin over more than {_FARTHEST_M:g}: are they "
+            "in millimetres? give them in metres"
         )
     if pitch_m is None:
         # The taxels of a hexagonal grid have sqrt(3) / 2 of a square's area each.
