@@ -180,7 +180,7 @@ def test_a_first_column_that_counts_is_told_where_nothing_calls_it_a_time(
 
 
 @pytest.mark.parametrize(
-    "stamp", ["2024-03-31T00:59:59.9", "31.03.2024 00:59", "3/31/24", "00:59:59.9", '"2024-03-31 00:59"']
+    "stamp", ["2024-03-31T24:59:59.9", "31.03.2024 00:59", "3/31/24", "00:59:59.9", '"2024-03-31 00:59"', "2024-02-30"]
 )
 def test_a_date_is_told_what_to_be(tmp_path: Path, stamp: str) -> None:
     (tmp_path / "a.csv").write_text(f"time,a,b\n{stamp},1,2\n")

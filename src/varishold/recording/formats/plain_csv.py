@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError
 from varishold.files import encoding_notes, open_file, text_chunks
+from varishold.recording.formats.csv_dates import date_at
 from varishold.recording.formats.csv_titles import (
     COUNTERS,
     SECONDS,
@@ -49,6 +50,8 @@ class _Table:
     """The first column's title in lower case; None where there is no header."""
     titles: tuple[str, ...] = ()
     """Those of all columns, where each has one."""
+    dates: int | None = None
+    """Which of the first two columns was dates, and is seconds here."""
     notes: tuple[str, ...] = ()
 
 
@@ -57,14 +60,14 @@ def _recognizes(path: Path, head: bytes) -> bool:
 
 
 def _read(path: Path, options: Options) -> Recording:
-    table = _table(path, gaps=True)
+    table = _table(path, gaps=True, dates=True)
     if len(table.frame_starts) > 1 and not _are_whole(table, options):
         time, frames = _from_rows(path, table, options)
     else:
         table = _without_counts(table, options)
         time, frames = _from_lines(path, table, options)
     frames, valid, said = _without_gaps(path, frames)
-    if time is not None and table.title not in SECONDS and counts_frames(time):
+    if time is not None and table.title not in SECONDS and table.dates is None and counts_frames(time):
         said = (
             *said,
             f"the first column counts {time[0]:g} to {time[-1]:g}: taken for seconds; if these are numbers of "
@@ -108,7 +111,7 @@ def _without_gaps(path: Path, frames: NDArray[Any]) -> tuple[NDArray[Any], NDArr
     now_and_then = np.argwhere(none & ~dead)
     if not dead.any() or dead.all():
         # It is told with its line, as if no cell could be empty.
-        _table(path)
+        _table(path, dates=True)
     if now_and_then.size:
         frame, row, col = now_and_then[0].tolist()
         raise FormatError(
@@ -129,17 +132,18 @@ def _cut_off(path: Path) -> bool:
         return file.read(1) not in b"\r\n"
 
 
-def _table(path: Path, unknown: tuple[str, ...] = (), *, gaps: bool = False) -> _Table:
+def _table(path: Path, unknown: tuple[str, ...] = (), *, gaps: bool = False, dates: bool = False) -> _Table:
     first, title, header = _first_line(path)
+    dated = _dated(path, first, header) if dates else None
     # A first row without a fraction cannot tell what a comma is.
-    separator = separator_of("\n".join(line.strip() for _, line in chunk) for chunk in _lines(path, first))
+    separator = separator_of("\n".join(line.strip() for _, line in chunk) for chunk in _lines(path, first, dated))
     titles = len(separator.cells(separator.plain(header))) if header and gaps else 0
     rows = Rows(path, separator, blanks=unknown, gaps=gaps, titles=titles)
     frame_starts: list[tuple[int, int]] = []
     after_blank, cut_off = True, gaps and _cut_off(path)
     lines: list[str] = []
     numbers: list[int] = []
-    for chunk in _lines(path, first):
+    for chunk in _lines(path, first, dated):
         for number, line in chunk:
             if not line.strip():
                 after_blank = True
@@ -167,7 +171,7 @@ def _table(path: Path, unknown: tuple[str, ...] = (), *, gaps: bool = False) -> 
     if not rows.n:
         raise FormatError(f"{path}: there is no line of numbers behind {header.strip()[:40]!r}")
     names = header_names(header) if gaps else []
-    return _Table(rows.values(), frame_starts, title, tuple(names) if len(names) == rows.width else (), notes)
+    return _Table(rows.values(), frame_starts, title, tuple(names) if len(names) == rows.width else (), dated, notes)
 
 
 def read_rows(path: str | os.PathLike[str], *, unknown: tuple[str, ...] = ()) -> NDArray[Any]:
@@ -178,14 +182,44 @@ def read_rows(path: str | os.PathLike[str], *, unknown: tuple[str, ...] = ()) ->
     return _table(Path(path), unknown).rows
 
 
-def _lines(path: Path, first: int = 1) -> Iterator[list[tuple[int, str]]]:
-    """Yield chunks of lines with their numbers, comments and quotes around a cell left out, from line `first` on."""
+def _lines(path: Path, first: int = 1, dated: int | None = None) -> Iterator[list[tuple[int, str]]]:
+    """Yield chunks of lines with their numbers, comments and quotes around a cell left out, from line `first` on.
+
+    Dates in the column `dated` are seconds.
+    """
     for start, chunk in text_chunks(path):
-        yield [
+        lines = [
             (number, _QUOTED.sub(r"\1", line) if '"' in line else line)
             for number, line in enumerate(chunk, start)
             if number >= first and not line.lstrip().startswith("#") and not SEPARATOR_SAID.fullmatch(line)
         ]
+        yield lines if dated is None else [(number, _in_seconds(path, number, line, dated)) for number, line in lines]
+
+
+def _dated(path: Path, first: int, header: str) -> int | None:
+    """Return which of the first two columns holds dates, by the first line of numbers; None where neither does.
+
+    The second does where it is called a time.
+    """
+    line = next((line for chunk in _lines(path, first) for _, line in chunk if line.strip()), "")
+    called = [name.lower() for name in header_names(header)]
+    if date_at(line, 0):
+        return 0
+    return 1 if len(called) > 1 and called[1] in SECONDS and date_at(line, 1) else None
+
+
+def _in_seconds(path: Path, number: int, line: str, dated: int) -> str:
+    """Return a line with its date as seconds; what is neither is told where cells are read."""
+    at = date_at(line, dated)
+    if at is not None:
+        return line[: at[0]] + at[1] + line[at[2] :]
+    cells = separator_of([line.strip()]).cells(line.strip())
+    if len(cells) > dated + 1 and as_number(cells[dated]) is not None:
+        raise FormatError(
+            f"{path}: line {number}, column {dated + 1} must be a date, as in the lines before it, got "
+            f"{cells[dated][:40]!r}"
+        )
+    return line
 
 
 def _first_line(path: Path) -> tuple[int, str | None, str]:
@@ -208,7 +242,7 @@ def _header_title(path: Path, number: int, line: str) -> str | None:
     separator = separator_of([line.strip()])
     cells = [cell.strip("\"'") for cell in separator.cells(separator.plain(line))]
     values = [as_number(cell) for cell in cells]
-    if values[0] is not None:
+    if values[0] is not None or date_at(line, 0):
         return None
     rest = values[1:]
     counted = [list(range(first, first + len(rest))) for first in (0, 1)]
@@ -262,8 +296,14 @@ def _from_lines(path: Path, table: _Table, options: Options) -> tuple[NDArray[An
 
 def _leading_columns(path: Path, table: _Table, width: int, wanted: int | None) -> int:
     """Return how many columns stand before the taxels: a time or a counter, or both where they are called so."""
-    titled = table.title in SECONDS or table.title in COUNTERS
+    titled = table.title in SECONDS or table.title in COUNTERS or table.dates == 0
     ahead = int(titled) if wanted is None else width - wanted
+    if table.dates is not None and ahead == table.dates:
+        raise FormatError(
+            f"{path}: column {ahead + 1} is dates, and a line must hold {wanted} numbers of taxels beside it for this "
+            f"shape, got {width - 1 - ahead}",
+            parameter="shape",
+        )
     called = [title.lower() for title in table.titles[:2]]
     both = ahead == len(called) == 2 and sorted(title in SECONDS for title in called) == [False, True]
     if both and any(title in COUNTERS for title in called):
@@ -285,6 +325,8 @@ def _leading_columns(path: Path, table: _Table, width: int, wanted: int | None) 
 
 
 def _time(path: Path, table: _Table, ahead: int, height: int) -> NDArray[np.float64] | None:
+    if table.dates is not None:
+        return np.ascontiguousarray(table.rows[::height, table.dates])
     if ahead == 2:
         clock = next(k for k in (0, 1) if table.titles[k].lower() in SECONDS)
         return table.rows[::height, clock] * SECONDS[table.titles[clock].lower()]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError
 from varishold.files import LARGEST_BYTES, encoding_notes, head_lines
+from varishold.recording.formats.csv_dates import date_seconds
 from varishold.recording.formats.csv_titles import COUNTERS, SECONDS
 from varishold.recording.formats.format import Format, Options
 from varishold.recording.formats.numbers import as_counts, as_number
@@ -45,7 +46,7 @@ def _recognizes(path: Path, head: bytes) -> bool:
 def _read(path: Path, options: Options) -> Recording:
     frames, told, first_line = _columns(path, options)
     clock = next((name for name in told if name.lower() in SECONDS), None)
-    time_s = None if clock is None else _seconds(path, clock, told.pop(clock))
+    time_s = None if clock is None else _seconds(path, clock, told.pop(clock), first_line)
     press, known = _presses(path, told, len(next(iter(frames.values()))), first_line)
     shapes = ", ".join(f"{pad} {each.shape[1]} x {each.shape[2]}" for pad, each in frames.items())
     rows = [] if press is None or _PRESS in told else ["each row is a press"]
@@ -99,10 +100,21 @@ def _numbers(path: Path, table: GraspTable, name: str) -> NDArray[np.float64]:
     return cells.astype(np.float64)
 
 
-def _seconds(path: Path, name: str, cells: NDArray[Any]) -> NDArray[np.float64]:
-    if cells.dtype.kind == "U":
-        raise FormatError(f"{path}: column {name!r} must be numbers, got {str(cells[0])[:40]!r}")
-    return cells.astype(np.float64) * SECONDS[name.lower()]
+def _seconds(path: Path, name: str, cells: NDArray[Any], first_line: int) -> NDArray[np.float64]:
+    if cells.dtype.kind != "U":
+        return cells.astype(np.float64) * SECONDS[name.lower()]
+    texts = cells.tolist()
+    dates = [date_seconds(cell) for cell in texts]
+    if dates[0] is None:
+        wrong = next(cell for cell in texts if as_number(cell) is None)
+        raise FormatError(f"{path}: column {name!r} must be numbers, got {wrong[:40]!r}")
+    if None in dates:
+        at = dates.index(None)
+        raise FormatError(
+            f"{path}: line {first_line + at}, column {name!r} must be a date, as in the lines before it, got "
+            f"{texts[at][:40]!r}"
+        )
+    return np.array(dates, np.float64)
 
 
 def _presses(
