@@ -100,7 +100,7 @@ def test_any_table_of_numbers_with_a_label_will_do(tmp_path: Path) -> None:
     assert table.labels("id").tolist() == ["1", "2"]
 
 
-@pytest.mark.parametrize("ahead", ["\n \n", "sep=;\n", '"sep=;"\r\n', "\nsep=;\n\n"])
+@pytest.mark.parametrize("ahead", ["\n \n", "sep=;\n", '"sep=;"\r\n', "\nsep=;\n\n", "# a; b\n", "sep=;\n#\n"])
 def test_a_header_may_stand_behind_blank_lines_and_the_word_of_a_separator(tmp_path: Path, ahead: str) -> None:
     path = tmp_path / "t.csv"
     path.write_text(f"{ahead}object;a\nx;1\ny;0\n")

@@ -52,6 +52,34 @@ def test_pads_and_what_is_known_of_each_press(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.parametrize(
+    "above",
+    ["# my rig", "#\n\n# thumb, palm, the first day\n", "# a,b,c,d,e,f,g,h,i,j", "sep=,\n# my rig", "# my rig\nsep=,"],
+)
+def test_lines_above_the_names_that_begin_with_a_hash_are_passed_over(tmp_path: Path, above: str) -> None:
+    rows = ["cone,1,2,3,4,5,0.5,0.25,1,1", "cup,6,7,8,9,10,0.125,,0,2"]
+    plain, below = told(tmp_path / "a.csv", HEADER, *rows), told(tmp_path / "b.csv", above, HEADER, *rows)
+    assert below.notes == plain.notes
+    for name, pad in plain.pads.items():
+        assert np.array_equal(below.pads[name].frames, pad.frames)
+    assert {name: list(map(str, column)) for name, column in below.press_columns.items()} == {
+        name: list(map(str, column)) for name, column in plain.press_columns.items()
+    }
+    with pytest.raises(
+        FormatError, match=f"line {above.count(chr(10)) + 3}, column 'thumb.0.0' must be a number, got 'x'"
+    ):
+        told(tmp_path / "c.csv", above, HEADER, rows[0].replace("1,2", "x,2", 1))
+
+
+@pytest.mark.parametrize("name", ["#", "#id", "# nr"])
+def test_a_first_name_may_begin_with_a_hash(tmp_path: Path, name: str) -> None:
+    header = f"{name},label,pad.0.0,pad.0.1"
+    recording = told(tmp_path / "a.csv", "# my rig", header, "7,cup,1,2", "8,can,3,4")
+    assert recording.pads["pad"].frames.tolist() == [[[1, 2]], [[3, 4]]]
+    # What counts rows is passed over.
+    assert set(recording.press_columns) == {"label", name} - {"#"}
+
+
 @pytest.mark.parametrize("first", [0, 1])
 @pytest.mark.parametrize("form", ["{}_{}_{}", "{}.{}.{}", "{}[{}][{}]", "{}_{}.{}"])
 def test_how_a_place_is_written(tmp_path: Path, form: str, first: int) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import os
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from typing import Any
@@ -17,7 +17,7 @@ from varishold.errors import FormatError, InputError
 from varishold.files import atomic_write, text_chunks
 from varishold.recording.grasp_table import GraspTable, cell_text, columns_told, is_number, listed, matching
 
-__all__ = ["SEPARATOR_SAID", "iter_grasp_table", "read_grasp_table", "write_grasp_table"]
+__all__ = ["SEPARATOR_SAID", "iter_grasp_table", "read_grasp_table", "table_header", "write_grasp_table"]
 
 #: A first line that only says what stands between cells, as spreadsheets write and read it.
 SEPARATOR_SAID = re.compile(r'\s*"?sep=([,;\t])"?[\s,;]*', re.IGNORECASE)
@@ -48,8 +48,8 @@ def iter_grasp_table(
 ) -> Iterator[GraspTable]:
     """Read a grasp table of any length in bounded memory, some rows at a time.
 
-    The file is CSV (comma, semicolon or tab; decimal points) with a header line, before which there may be blank lines
-    and one like ``sep=;``. Columns whose names are not
+    The file is CSV (comma, semicolon or tab; decimal points) with a header line, before which there may be blank lines,
+    lines that begin with ``#`` and one like ``sep=;``. Columns whose names are not
     those of a grasp table are numbers if every cell of the first rows is one, text otherwise. A first column without a
     name is passed over.
 
@@ -78,7 +78,7 @@ def iter_grasp_table(
     """
     source = os.fspath(path)
     chunks = text_chunks(path, block=block)
-    header, separator, rest = _header(source, chunks)
+    header, separator, rest = table_header(source, chunks)
     layout = _layout(source, header, separator, label, columns)
     kinds: tuple[str, ...] = ()
     blank = 0
@@ -95,19 +95,54 @@ def iter_grasp_table(
         raise FormatError(f"{source}: has a line of column names but no rows")
 
 
-def _header(
-    source: str, chunks: Iterator[tuple[int, list[str]]]
+def table_header(
+    source: str, chunks: Iterable[tuple[int, list[str]]]
 ) -> tuple[tuple[int, str], str | None, tuple[int, list[str]]]:
-    """Return the header's number and text, what separates cells where a line before it says so, and what follows."""
-    separator = None
+    """Return a table's line of column names, what separates cells where a line before it says so, and what follows.
+
+    Parameters
+    ----------
+    source : str
+        The file, for messages.
+    chunks : iterable of (int, list of str)
+        Lines, with the number of the first of each chunk.
+
+    Returns
+    -------
+    (int, str)
+        The line's number and text.
+    str or None
+        What separates.
+    (int, list of str)
+        The rest of the chunk, with its first line's number.
+
+    Raises
+    ------
+    FormatError
+        If there is no such line.
+    """
+    separator, marked = None, None
     for start, lines in chunks:
         for number, line in enumerate(lines, start):
             said = SEPARATOR_SAID.fullmatch(line)
             if said and separator is None:
                 separator = said[1]
+            elif line.lstrip().startswith("#"):
+                marked = number, line
             elif line.strip():
+                if marked is not None and _names(marked[1], line):
+                    return marked, separator, (number, lines[number - start :])
                 return (number, line), separator, (number + 1, lines[number + 1 - start :])
+    if marked is not None:
+        return marked, separator, (marked[0] + 1, [])
     raise FormatError(f"{source}: is empty; a grasp table starts with a line of column names")
+
+
+def _names(marked: str, line: str) -> bool:
+    """Tell whether a line that begins with # is column names: as many as there are cells below, some of numbers."""
+    mark = max(",;\t", key=line.count)
+    cells = [cell.strip() for cell in line.split(mark)]
+    return marked.count(mark) + 1 == len(cells) and any(cell and is_number(cell) for cell in cells)
 
 
 def _without_blank_end(lines: list[str]) -> list[str]:

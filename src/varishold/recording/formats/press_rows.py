@@ -19,7 +19,7 @@ from varishold.recording.formats.csv_titles import COUNTERS, SECONDS
 from varishold.recording.formats.format import Format, Options
 from varishold.recording.formats.numbers import as_counts, as_number
 from varishold.recording.formats.taxel_columns import TaxelColumns, header_names, pads_of, taxel_columns
-from varishold.recording.grasp_csv import SEPARATOR_SAID, iter_grasp_table
+from varishold.recording.grasp_csv import iter_grasp_table, table_header
 from varishold.recording.grasp_table import GraspTable
 from varishold.recording.recording import Pad, Recording
 
@@ -30,9 +30,13 @@ _PRESS = "press"
 
 
 def _recognizes(path: Path, head: bytes) -> bool:
-    lines = [line for line in head_lines(head) if line.strip()]
-    lines = lines[bool(lines and SEPARATOR_SAID.fullmatch(lines[0])) :]
-    names = header_names(lines[0]) if lines and not any("\0" in line for line in lines) else []
+    lines = head_lines(head)
+    if any("\0" in line for line in lines):
+        return False
+    try:
+        names = header_names(table_header(str(path), [(1, lines)])[0][1])
+    except FormatError:
+        return False
     if any(as_number(name) is not None for name in names):
         return False
     groups = taxel_columns(names)
