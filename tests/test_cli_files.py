@@ -18,6 +18,7 @@ from tests.pressed_things import recording as pressed
 from varishold.cli.app import app
 from varishold.cli.command import Commands
 from varishold.cli.files import Reads, Writes
+from varishold.cli.recordings import recording_files
 from varishold.errors import InputError
 from varishold.files import KINDS, atomic_write, check_output, input_files, only_writer
 from varishold.recording import GraspTable, Pad, Recording, read_grasp_table, write, write_grasp_table
@@ -287,6 +288,28 @@ def test_a_pattern_that_goes_round_by_links_finds_each_file_once(
     found = input_files(["**/*.npz"])
     assert set(plain) < set(found) <= {*plain, "a/over/z.npz", "c/over/b/y.npz", "c/over/link.npz", "c/over/x.npz"}
     assert input_files(["a/**/*.npz"]) == [name for name in found if name.startswith("a/")]
+
+
+def test_a_recording_of_several_names_is_read_by_its_first_and_the_others_are_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("day/a.npz", "day/b.npz"):
+        Path(name).parent.mkdir(exist_ok=True)
+        Path(name).write_bytes(name.encode())
+    os.symlink("a.npz", "day/link.npz")
+    os.symlink("day", "week")
+    os.link("day/b.npz", "hard.npz")
+    assert recording_files(["day", "week/a.npz", "hard.npz", "./day/b.npz", "none.npz", "none.npz"]) == [
+        "day/a.npz",
+        "day/b.npz",
+        "none.npz",
+    ]
+    named = "day/link.npz, week/a.npz, hard.npz, ./day/b.npz"
+    told = capsys.readouterr().err
+    assert told == f"varishold: note: {named} left out: files that are read by another name\n"
+    assert recording_files(["day/b.npz", "day/a.npz"]) == ["day/b.npz", "day/a.npz"]
+    assert capsys.readouterr().err == ""
 
 
 def test_without_links_a_pattern_finds_what_glob_does(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

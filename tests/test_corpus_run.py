@@ -339,3 +339,19 @@ def test_a_full_disk_ends_the_run_and_what_is_there_is_kept(
     work = Work()
     run_corpus(corpus, AskTouch(), tmp_path / "names.parquet", work=work)
     assert kept.blocks + work.blocks == BLOCKS
+
+
+def test_a_file_of_several_names_stands_in_a_table_once(corpus: list[str], expected: bytes, tmp_path: Path) -> None:
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "link.npz").symlink_to(corpus[1])
+    os.link(corpus[2], tmp_path / "hard.npz")
+    names = [
+        *corpus[:2],
+        str(tmp_path / "other" / "link.npz"),
+        str(tmp_path / "other" / ".." / Path(corpus[0]).name),
+        corpus[2],
+        str(tmp_path / "hard.npz"),
+    ]
+    found = run_corpus(names, AskTouch(), tmp_path / "names.parquet")
+    assert list(found.health) == corpus
+    assert (tmp_path / "names.parquet").read_bytes() == expected

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from pathlib import Path
 
 from varishold.cli.printing import tell
 from varishold.errors import InputError
-from varishold.files import open_file
+from varishold.files import each_once, open_file
 
 __all__ = ["Others"]
 
@@ -27,6 +27,7 @@ class Others:
     def __init__(self) -> None:
         self._left: list[str] = []
         self._prose: list[str] = []
+        self._again: list[str] = []
         self._maps: Callable[[Path], frozenset[Path]] = cache(_maps_in)
 
     def is_recording(self, path: Path) -> bool:
@@ -44,10 +45,17 @@ class Others:
             return False
         return True
 
+    def each_once(self, paths: Iterable[str]) -> list[str]:
+        """Return recordings, each under its first name; the others are kept in mind."""
+        kept, again = each_once(paths)
+        self._again += again
+        return kept
+
     def tell(self) -> None:
         """Say what was left out."""
         _tell(self._left, "no recordings, but what was made of them")
         _tell(self._prose, "no recordings, but text without a line of numbers")
+        _tell(self._again, "files that are read by another name")
 
 
 def _tell(left: Sequence[str], why: str) -> None:

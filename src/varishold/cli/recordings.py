@@ -35,7 +35,7 @@ __all__ = [
 
 
 def recording_files(names: Sequence[str]) -> list[str]:
-    """Return the recordings that are named; of a folder, those that a reader knows by their ending or their folder.
+    """Return the recordings that are named, each once; of a folder, those that a reader knows by ending or folder.
 
     What this program has made of recordings may lie in the folder with them: models, tables, and the maps of sensors.
     """
@@ -49,8 +49,9 @@ def recording_files(names: Sequence[str]) -> list[str]:
                 raise
             # Of several, one is told when its turn comes, and the others are still done.
             found[name] = None
+    files = others.each_once(found)
     others.tell()
-    return list(found)
+    return files
 
 
 def read_recording(

@@ -21,7 +21,7 @@ from varishold.corpus.part import need_parquet
 from varishold.corpus.survey import read_survey
 from varishold.corpus.tasks import BlockTask, CannotKeep, Job, SurveyTask, do
 from varishold.errors import InputError, VarisholdError, reason_of
-from varishold.files import only_writer
+from varishold.files import each_once, only_writer
 from varishold.files.crew import Worker, crew_of
 
 __all__ = ["Outcome", "run_corpus"]
@@ -74,7 +74,7 @@ def run_corpus(
     Parameters
     ----------
     files : sequence of str
-        Recordings; the table has them in this order.
+        Recordings; the table has them in this order, each once, whatever names it has.
     ask : Ask
     output : path-like
         The table (Parquet).
@@ -124,7 +124,7 @@ def run_corpus(
     # Out of sight, so that they are not taken for recordings where the table stands among them.
     with only_writer(output), _folder(table.with_name(f".{table.name}.parts")) as folder:
         job = Job(ask, reading or Reading(), str(folder.absolute()), program_digest())
-        agenda = Agenda(job, list(dict.fromkeys(files)))
+        agenda = Agenda(job, each_once(files)[0])
         several = len(agenda.entries) > 1
         with Joining(output, ask.columns, title=ask.title) as joining:
             with crew_of(workers) as hands:

@@ -23,6 +23,7 @@ __all__ = [
     "atomic_write",
     "check_output",
     "damage_told",
+    "each_once",
     "encoding_notes",
     "folder_beside",
     "growing_file",
@@ -60,7 +61,7 @@ if TYPE_CHECKING:
     from varishold.files.crew import spread
     from varishold.files.documents import parse_json, read_json, read_toml
     from varishold.files.growing import GrowingFile, growing_file
-    from varishold.files.inputs import input_files
+    from varishold.files.inputs import each_once, input_files
     from varishold.files.opening import LARGEST_BYTES, encoding_notes, head_lines, open_file, read_bytes, text_chunks
     from varishold.files.outputs import KINDS, check_output
     from varishold.files.resume import only_writer

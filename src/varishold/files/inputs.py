@@ -11,7 +11,7 @@ from pathlib import Path
 
 from varishold.errors import InputError
 
-__all__ = ["input_files"]
+__all__ = ["each_once", "input_files"]
 
 # Endings that a message names at most.
 _TOLD = 4
@@ -64,6 +64,29 @@ def input_files(
             here = [name]
         found.update(dict.fromkeys(here))
     return list(found)
+
+
+def each_once(paths: Iterable[str]) -> tuple[list[str], list[str]]:
+    """Return paths, of a file that has several names the first alone, and those that are left out.
+
+    Links, and other ways to the same folder, are other names. What is no file keeps its name.
+    """
+    kept: dict[object, str] = {}
+    left = []
+    for path in dict.fromkeys(paths):
+        if kept.setdefault(_identity(path), path) != path:
+            left.append(path)
+    return list(kept.values()), left
+
+
+def _identity(path: str) -> object:
+    """Return what all names of a file have in common."""
+    try:
+        found = os.stat(path)
+    except (OSError, ValueError):
+        return path
+    # Some file systems number no files.
+    return (found.st_dev, found.st_ino) if found.st_ino else os.path.realpath(path)
 
 
 def _matching(pattern: Path) -> Iterator[Path]:
