@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import re
 import threading
 import zipfile
-from collections.abc import Callable
-from contextlib import nullcontext
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -30,6 +33,7 @@ from varishold.files import (
     text_chunks,
     write_archive,
     write_texts,
+    writing,
 )
 from varishold.files.inputs import input_files
 from varishold.files.locking import lock
@@ -287,3 +291,69 @@ def test_names_with_endings_are_taken_from_folders_whatever_their_case(tmp_path:
     found = [str(Path(path).relative_to(tmp_path)) for path in input_files([tmp_path], endings=[".csv"])]
     assert found == ["a.csv", "b.CSV", "sub/d.csv"]
     assert len(input_files([tmp_path])) == 4
+
+
+OLD, NEW = {name: f"old {name}" for name in "abcd"}, {name: f"new {name}" for name in "abcde"}
+
+
+def standing(folder: Path) -> dict[str, str]:
+    """Return what stands in a folder for somebody who looks, and see that nothing else is left there."""
+    return {path.name: path.read_text() for path in folder.iterdir()}
+
+
+@pytest.mark.parametrize("stops", range(5))
+def test_texts_that_a_stop_leaves_are_all_old_or_new_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stops: int
+) -> None:
+    write_texts(tmp_path, OLD)
+    replace, moved = os.replace, []
+
+    def stopped(written: Path, target: Path) -> None:
+        if len(moved) == stops:
+            raise KeyboardInterrupt
+        moved.append(target)
+        replace(written, target)
+
+    monkeypatch.setattr(os, "replace", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        write_texts(tmp_path, NEW)
+    monkeypatch.undo()
+    left = standing(tmp_path)
+    assert len(left) == stops
+    assert left.items() <= NEW.items()
+    write_texts(tmp_path, NEW)
+    assert standing(tmp_path) == NEW
+
+
+@pytest.mark.parametrize("full", range(5))
+def test_texts_for_which_there_is_no_room_leave_the_old_ones(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, full: int
+) -> None:
+    write_texts(tmp_path, OLD)
+    begun = []
+
+    @contextmanager
+    def filled(path: Path, mode: Literal["w"]) -> Iterator[Any]:
+        with atomic_write(path, mode) as handle:
+            begun.append(path)
+            if len(begun) > full:
+                raise OSError(errno.ENOSPC, "no room")
+            yield handle
+
+    monkeypatch.setattr(writing, "atomic_write", filled)
+    with pytest.raises(InputError, match=r"cannot write here: no room"):
+        write_texts(tmp_path, NEW)
+    assert standing(tmp_path) == OLD
+
+
+def test_texts_keep_permissions_follow_links_and_go_into_pipes(tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    (tmp_path / "elsewhere").write_text("old")
+    (tmp_path / "out" / "a").symlink_to(tmp_path / "elsewhere")
+    (tmp_path / "out" / "b").symlink_to("/dev/null")
+    (tmp_path / "out" / "c").write_text("old")
+    (tmp_path / "out" / "c").chmod(0o640)
+    write_texts(tmp_path / "out", {"a": "1", "b": "2", "c": "3"})
+    assert (tmp_path / "elsewhere").read_text() == "1"
+    assert (tmp_path / "out" / "b").is_char_device()
+    assert ((tmp_path / "out" / "c").read_text(), (tmp_path / "out" / "c").stat().st_mode & 0o777) == ("3", 0o640)

@@ -6,7 +6,7 @@ import errno
 import os
 import stat
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from shutil import rmtree
@@ -183,7 +183,10 @@ def cannot_write(path: Path, error: Exception) -> InputError:
 def write_texts(
     directory: str | os.PathLike[str], texts: Mapping[str, str], *, check: Callable[[Path], None] | None = None
 ) -> list[Path]:
-    """Write texts into a folder, which is made where it is missing; return the files written.
+    """Write texts that belong together into a folder, which is made where it is missing; return the files written.
+
+    All are written beside their places first. What stood in their places goes before the first one comes there, so that
+    what a stop leaves is the old ones, or some of the new ones alone, and never some of both.
 
     Parameters
     ----------
@@ -208,7 +211,17 @@ def write_texts(
     if check is not None:
         for path in files:
             check(path)
-    for path, text in files.items():
-        with atomic_write(path, "w") as handle:
+    with ExitStack() as parts:
+        for path, text in files.items():
+            handle = parts.enter_context(atomic_write(path, "w"))
             handle.write(text)
+            # A full disk shows here.
+            handle.flush()
+        for path in files:
+            target, special = writable_target(path)
+            try:
+                if not special:
+                    target.unlink(missing_ok=True)
+            except OSError as error:
+                raise cannot_write(path, error) from error
     return list(files)
