@@ -27,7 +27,7 @@ from varishold.circuit import (
 )
 from varishold.circuit.writers import WRITERS, c99_files, export, verilog_files
 from varishold.circuit.writers.c99 import compiled_size
-from varishold.circuit.writers.names import c_string, comment, comments, identifier
+from varishold.circuit.writers.names import c_string, comment, comments, identifier, taken_by
 from varishold.circuit.writers.vectors import check_vectors
 from varishold.errors import InputError
 
@@ -245,6 +245,21 @@ def test_hostile_names_stay_names_in_c(tmp_path: Path) -> None:
     done = subprocess.run(["./labels"], cwd=tmp_path, capture_output=True, check=True)
     expected = [label.split("\0")[0].encode() for label in HOSTILE]  # C ends a string at its first nul
     assert done.stdout.split(b"\x01")[:-1] == expected
+
+
+@needs_gcc
+@pytest.mark.parametrize("name", ["stdint", "STDIO.H", "string", "features", "math", "int", "main"])
+def test_no_source_is_called_as_a_header_of_the_system(tmp_path: Path, name: str) -> None:
+    files = c99_files(random_netlist(0, 1, classes=2), name.removesuffix(".H"))
+    _write(files, tmp_path)
+    called = f"m_{name.removesuffix('.H').lower()}"
+    assert set(files) == {f"{called}.h", f"{called}.c", f"{called}_test.c"}
+    assert taken_by(called, header=True) == ""
+    includes = "".join(f"#include <{each}.h>\n" for each in ("stdint", "stdio", "string", "math"))
+    (tmp_path / "user.c").write_text(f'{includes}#include "{called}.h"\n')
+    _run(["gcc", *STRICT, "-I.", "-c", "user.c"], tmp_path)
+    _run(["gcc", *STRICT, "-I.", f"{called}.c", f"{called}_test.c", "-o", "check"], tmp_path)
+    _run(["./check"], tmp_path)
 
 
 @needs_iverilog

@@ -278,3 +278,20 @@ def test_an_exported_circuit_is_named_by_its_model_and_checked_first(
     shown = said("grasp", "tables", "my_model.json")
     assert "cone" in shown
     assert "cube" in shown
+
+
+@pytest.mark.parametrize(
+    ("model", "to", "told"),
+    [
+        ("stdint", "c", "note: called m_stdint, for 'stdint' is a header of C"),
+        ("int", "c", "note: called m_int, for 'int' is a word of C, C++ or Verilog"),
+        ("int", "verilog", "note: called m_int, for 'int' is a word of C, C++ or Verilog"),
+        ("stdint", "verilog", ""),
+        ("stdints", "c", ""),
+    ],
+)
+def test_a_circuit_that_cannot_be_called_as_its_model_is_told_so(table: Path, model: str, to: str, told: str) -> None:
+    said("grasp", "fit", "t.csv", "--label", "object", "-o", f"{model}.json")
+    lines = said("grasp", "export", f"{model}.json", "--to", to, "-o", "out").splitlines()
+    assert [line for line in lines if line.startswith("note: called")] == [told] * bool(told)
+    assert Path("out", f"{'m_' * bool(told)}{model}.{'h' if to == 'c' else 'v'}").exists()

@@ -147,6 +147,7 @@ def export(
     from dataclasses import replace
 
     from varishold.circuit.writers import export as write_sources
+    from varishold.circuit.writers.names import identifier, taken_by
     from varishold.files import check_output
     from varishold.grasp import read_model
 
@@ -159,5 +160,7 @@ def export(
     named = learned.netlist if to is Target.json else replace(learned.netlist, channels=learned.inputs_in_words)
     for path in write_sources(named, to.value, output, name=model.stem, check=check):
         echo(str(path))
+    if taken := taken_by(model.stem, header=to is Target.c):
+        echo(f"note: called {identifier(model.stem, header=to is Target.c)}, for {model.stem!r} is {taken}")
     for text in learned.counts:
         echo(f"note: {text}")

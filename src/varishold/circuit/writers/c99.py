@@ -38,7 +38,7 @@ def c99_files(netlist: Netlist, name: str = "recognizer", *, vectors: int = 256)
     dict of str to str
         Texts by file name.
     """
-    name = identifier(name)
+    name = identifier(name, header=True)
     small = simplify(netlist)
     X = check_vectors(netlist, vectors)
     used = sorted({bit for unit in small.units for bit, _ in unit.weights})

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from typing import Final
 
-__all__ = ["c_string", "comment", "comments", "identifier"]
+__all__ = ["c_string", "comment", "comments", "identifier", "taken_by"]
 
 # Of C99, C++ and Verilog-2005, lower case; a module may be included from any of them.
 _KEYWORDS: Final = frozenset(
@@ -28,22 +28,60 @@ _KEYWORDS: Final = frozenset(
     weak1 while wire wor xnor xor xor_eq
     """.split()  # noqa: SIM905
 )
+# Headers of C99 and C11, and those of a system that they include, or that are found as these are: a file of such a name
+# would be included in their place.
+_HEADERS: Final = frozenset(
+    """
+    aio alloca assert byteswap complex cpio ctype dirent dlfcn elf endian err errno error execinfo fcntl features fenv
+    float fmtmsg fnmatch ftw getopt glob grp iconv ifaddrs inttypes iso646 langinfo libgen libintl limits link locale
+    malloc math memory monetary mqueue ndbm netdb newlib nl_types paths poll pthread pwd reent regex resolv sched search
+    semaphore setjmp signal spawn stab stdalign stdarg stdatomic stdbit stdbool stdc_predef stdckdint stddef stdint
+    stdio stdlib stdnoreturn string strings stropts syscall syslog tar termios tgmath threads time trace uchar ucontext
+    ulimit unistd utime utmpx wait wchar wctype wordexp
+    """.split()  # noqa: SIM905
+)
 _LONGEST: Final = 48
 _PLAIN: Final = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789 _-.,:+=<>()[]")
 
 
-def identifier(name: str) -> str:
+def identifier(name: str, *, header: bool = False) -> str:
     """Return a name as an identifier of C and Verilog: letters, digits and underscores, no keyword.
+
+    Parameters
+    ----------
+    name : str
+    header : bool
+        Whether a header of C is called so too, which must be none of a system's.
 
     Examples
     --------
     >>> identifier("2nd hand; rm"), identifier("module"), identifier("手")
     ('m_2nd_hand_rm', 'm_module', 'm')
+    >>> identifier("stdint"), identifier("stdint", header=True)
+    ('stdint', 'm_stdint')
     """
-    text = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")[:_LONGEST].strip("_")
-    if not text or not text[0].isalpha() or text in _KEYWORDS:
+    text = _plain(name)
+    if not text or not text[0].isalpha() or taken_by(name, header=header):
         text = f"m_{text}".rstrip("_")
     return text
+
+
+def taken_by(name: str, *, header: bool = False) -> str:
+    """Return in words what else a name stands for, so that its `identifier` is another; empty where for nothing.
+
+    Examples
+    --------
+    >>> taken_by("Int"), taken_by("math", header=True), taken_by("math"), taken_by("cup")
+    ('a word of C, C++ or Verilog', 'a header of C', '', '')
+    """
+    text = _plain(name)
+    if text in _KEYWORDS:
+        return "a word of C, C++ or Verilog"
+    return "a header of C" if header and text in _HEADERS else ""
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")[:_LONGEST].strip("_")
 
 
 def c_string(text: str) -> str:
