@@ -60,6 +60,7 @@ class Learner:
 
     def adapt(self, presses: Any) -> Learner:
         self.told.update(adapt=presses)
+        self.adapted_to_ = len(presses)
         return self
 
     def explain(self, presses: Any) -> Any:

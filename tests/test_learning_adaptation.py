@@ -90,6 +90,39 @@ def test_strangers_among_them_hardly_count(fitted: TactileClassifier) -> None:
     assert np.abs(among - alone).mean() < 0.02
 
 
+def faint(X: list[np.ndarray]) -> list[np.ndarray]:
+    """Presses that bear less than a tenth of the least that was learned, and their noise."""
+    return [0.02 * x for x in X]
+
+
+def test_presses_that_bear_nothing_change_nothing_and_are_not_counted(fitted: TactileClassifier) -> None:
+    X, _ = presses(6, x=0.8)
+    among = fitted.adapt([*faint(X[:3]), *X, *faint(X[3:])])
+    alone = fitted.adapt(X)
+    assert among.adapted_to_ == alone.adapted_to_ == len(X)
+    for name, drift in alone.learned_.drift.items():
+        np.testing.assert_array_equal(among.learned_.drift[name], drift)
+    with pytest.raises(InputError, match=f"none of {len(X)} new presses bears a tenth of the least load that was"):
+        fitted.adapt(faint(X))
+    with pytest.raises(InputError, match=r"only \d.\d of 2 new presses are like what is known"):
+        fitted.adapt([*X[:2], *faint(X)])
+
+
+@pytest.mark.parametrize(("n_faint", "told_of"), [(1, "1 that bears"), (3, "3 that bear")])
+def test_the_command_tells_how_many_bear_nothing(
+    fitted: TactileClassifier, tmp_path: Path, n_faint: int, told_of: str
+) -> None:
+    X, _ = presses(9, each=3)
+    every = [*X, *faint(X[:n_faint])]
+    write_model(fitted, tmp_path / "model.npz")
+    press = np.repeat(np.arange(len(every)), [len(x) for x in every])
+    write(Recording({"pad_0": Pad(np.concatenate(every))}, press=press), tmp_path / "new.npz")
+    assert (
+        f"note: drift since the model was learned was estimated from {len(X)} of these {len(every)} presses; {told_of} "
+        "next to nothing left out" in told("recognize", tmp_path / "model.npz", tmp_path / "new.npz", "--adapt").stdout
+    )
+
+
 def test_presses_of_one_thing_or_of_nothing_known_tell_no_drift(fitted: TactileClassifier) -> None:
     X, y = presses(7)
     cones = [x for x, name in zip(X, y, strict=True) if name == "cone"]

@@ -201,7 +201,10 @@ def recognize(
         unlabelled = [press for file in files for press in presses_of(file)]
         learned = learned.adapt(unlabelled)
         if not json:
-            echo(f"note: drift since the model was learned was estimated from these {len(unlabelled)} presses")
+            some, faint = learned.adapted_to_, len(unlabelled) - learned.adapted_to_
+            which = f"{some} of these {len(unlabelled)} presses" if faint else f"these {some} presses"
+            why = f"; {faint} that {'bears' if faint == 1 else 'bear'} next to nothing left out" if faint else ""
+            echo(f"note: drift since the model was learned was estimated from {which}{why}")
 
     def answer(file: str) -> None:
         presses = presses_of(file)

@@ -246,14 +246,21 @@ class TactileClassifier(PressClassifier):
         ----------
         X : sequence of presses
             Of the new session, as in `predict`: five or more that are like what is known, at least two of them of
-            another thing than the rest. Those to be answered may be among them.
+            another thing than the rest. Those to be answered may be among them. Those that bear next to nothing, less
+            than a tenth of the least load that was learned, are left out: `adapted_to_` counts the others.
 
         Raises
         ------
         InputError
             If too few presses are like anything known, all are of one thing, or no common shift explains them.
         """
-        presses = self._asked(X)
+        asked = self._asked(X)
+        presses = [asked[k] for k in np.flatnonzero(~bear_nothing(asked, self.settings_))]
+        if not presses:
+            raise InputError(
+                f"none of {len(asked)} new presses bears a tenth of the least load that was learned: nothing tells how "
+                "things have drifted; give presses of known things"
+            )
         fresh = replace(self.learned_, drift={})
         measures = self._measures(presses, self.settings_)
         drift = estimate_drift(fresh, measures, self._forms_asked(measures), self.error)
