@@ -87,6 +87,55 @@ def test_a_weighed_gain_has_the_error_of_a_weighed_mean(seed: int, n: int) -> No
     np.testing.assert_allclose(_error(beside[:1], weight[:1], one), noise[0] / typical[0])
 
 
+def test_presses_of_one_recording_share_the_error_of_their_rest() -> None:
+    rng = np.random.default_rng(0)
+    frames, usable = rng.uniform(50, 100, (5, 3, 4)), np.ones((3, 4), np.bool_)
+    which, rests = np.array([0, 0, 1, 1, 1]), np.array([2.0, 0.5])
+    plain = Presses(frames, np.full(5, 0.1), which, usable, None, None, (), ("a.npz", "b.npz"))
+    found = dataclasses.replace(plain, rest_noise=rests)
+    typical = np.median(frames.reshape(5, -1), axis=1)
+    beside, weight = frames / typical[:, None, None], rng.uniform(0.5, 1.0, 5)
+    gains = np.average(beside, axis=0, weights=weight)
+    drawn = []
+    for _ in range(4000):
+        off = rng.normal(0, rests)[which]
+        drawn.append(np.average(beside + (off / typical)[:, None, None], axis=0, weights=weight)[0, 0] - gains[0, 0])
+    of_rest = np.sqrt(_error(beside, weight, found) ** 2 - _error(beside, weight, plain) ** 2)
+    np.testing.assert_allclose(of_rest, np.std(drawn), rtol=0.05)
+
+
+def pressed_evenly(
+    seed: int, n: int, held: int, pause: int, recordings: int, noise: float = 2.0
+) -> tuple[list[Recording], Floats]:
+    """Recordings of even presses of a hundred counts with pauses between them, and the gains that they show."""
+    rng = np.random.default_rng(seed)
+    gains = np.exp(rng.normal(0, 0.08, (8, 9)))
+    gains /= np.median(gains)
+    made = []
+    for _ in range(recordings):
+        load = np.concatenate([np.zeros(pause), *[np.r_[np.full(held, 100.0), np.zeros(pause)] for _ in range(n)]])
+        frames = load[:, None, None] * gains + rng.normal(0, noise, (len(load), 8, 9)) + 20
+        made.append(Recording({"pad": Pad(frames)}))
+    return made, gains
+
+
+@pytest.mark.parametrize(
+    ("n", "held", "pause", "recordings"),
+    [(1, 20, 4, 1), (3, 20, 4, 1), (5, 30, 3, 1), (2, 10, 30, 1), (2, 30, 5, 4), (1, 60, 60, 1)],
+)
+def test_the_error_that_is_stated_of_gains_is_the_one_that_they_have(
+    n: int, held: int, pause: int, recordings: int
+) -> None:
+    ratios = []
+    for seed in range(8):
+        given, gains = pressed_evenly(seed, n, held, pause, recordings)
+        found = calibrate_even(given)
+        assert found.sensor.gains is not None
+        ratios.append(float(np.std(found.sensor.gains - gains) / np.median(found.error)))
+    assert 0.8 < np.mean(ratios) < 1.15
+    assert 0.6 < min(ratios) <= max(ratios) < 1.4
+
+
 def test_pressures_are_one_positive_number_for_each_press() -> None:
     recording, _ = evenly(1)
     with pytest.raises(InputError, match="pressure_pa must be one positive number for each of the 4 presses found"):

@@ -275,13 +275,18 @@ def _bowl(gains: Floats, kept: NDArray[np.bool_]) -> float:
 
 
 def _error(beside: Floats, weight: Floats, found: Presses) -> Floats:
-    """Return the standard error of each gain: from how presses repeat, at least from noise."""
+    """Return the standard error of each gain: from how presses repeat, at least from noise, and from their rest's."""
     typical = np.median(found.frames[:, found.usable], axis=1)
     noise = np.sqrt(1.0 / np.sum((typical / np.maximum(found.noise, 1e-12 * typical)) ** 2))
-    if found.n < 2:
-        return np.full(beside.shape[1:], noise)
     share = weight / weight.sum()
+    # Presses of one recording have one rest, so that they repeat its error.
+    of_rest = 0.0
+    if found.rest_noise is not None:
+        by_rest = np.bincount(found.recording, share / typical, len(found.rest_noise))
+        of_rest = float(np.linalg.norm(by_rest * found.rest_noise))
+    if found.n < 2:
+        return np.full(beside.shape[1:], np.hypot(noise, of_rest))
     mean = np.average(beside, axis=0, weights=weight)
     variance = np.sum(share[:, None, None] ** 2 * (beside - mean) ** 2, axis=0) * found.n / (found.n - 1)
-    error: Floats = np.maximum(np.sqrt(variance), noise)
+    error: Floats = np.hypot(np.maximum(np.sqrt(variance), noise), of_rest)
     return error

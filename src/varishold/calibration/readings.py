@@ -27,6 +27,8 @@ _HOLDS, _HOLD_SIGMAS, _MOST_SLACK = 0.02, 3.0, 0.5
 _ALIKE, _SKIRT = 0.9, 0.6
 # Unloaded frames that a rest needs, and that are needed at either end of a recording to see it move.
 _FEWEST_QUIET, _FEWEST_AT_END = 3, 4
+# So many times the standard error of a mean is that of a median.
+_OF_A_MEDIAN = 1.25
 # The rest has moved where so many taxels (share, and at least two) moved by more than so many standard errors and
 # than this share of the presses' peak; where light presses stand for rests, so many taxels.
 _MOVED_TAXELS, _MOVED_SIGMAS, _MOVED_SHARE, _MOVED_PAD = 0.05, 5.0, 0.03, 0.5
@@ -59,6 +61,9 @@ class Presses:
     notes : tuple of str
     sources : tuple of str
         What each of the recordings is called.
+    rest_noise : ndarray of shape (n_recordings,), float64 or None
+        Standard deviation of the noise of each recording's rest, which all of its presses are counted from; 0 where
+        it is taken as known. None where all are.
     """
 
     frames: Floats
@@ -69,6 +74,7 @@ class Presses:
     pitch_m: tuple[float, float] | None
     notes: tuple[str, ...]
     sources: tuple[str, ...]
+    rest_noise: Floats | None = None
 
     @property
     def n(self) -> int:
@@ -112,6 +118,7 @@ def presses_of(
     which: list[int] = []
     notes: list[str] = []
     rests: list[Floats] = []
+    rest_noise: list[float] = []
     ended: list[str] = []
     usable: NDArray[np.bool_] | None = None
     _check_given(recordings, sensor)
@@ -146,7 +153,8 @@ def presses_of(
             raise InputError(f"{source}: no press found: the total never rises above its noise")
         _check_changes(here, source)
         sigma = recording_noise(here.frames, here.field, here.valid)
-        rest = _rest(here, loaded, sigma, source)
+        rest, noise_of_rest = _rest(here, loaded, sigma, source)
+        rest_noise.append(noise_of_rest)
         runs = [part for run in loaded for part in _pressed(here, _parts(here, run, rest), rest, sigma)]
         if rest is None:
             notes.append(f"{source}: no unloaded frame: its rest is taken as known")
@@ -178,6 +186,7 @@ def presses_of(
         pitch,
         tuple(notes),
         tuple(each.source or f"recording {number}" for number, each in enumerate(recordings)),
+        np.array(rest_noise),
     )
 
 
@@ -284,8 +293,8 @@ def _climb(load: Floats) -> int:
     return int(falls[0]) if falls.size else len(load) - 1
 
 
-def _rest(pad: Pad, runs: list[range], sigma: float, source: str) -> Floats | None:
-    """Return the median unloaded frame, checked to stay where it is; None where there are too few."""
+def _rest(pad: Pad, runs: list[range], sigma: float, source: str) -> tuple[Floats | None, float]:
+    """Return the median unloaded frame, checked to stay where it is, and its noise; None where there are too few."""
     loaded = np.zeros(pad.n_frames, np.bool_)
     for run in runs:
         # The frames before and after a press may be its skirts.
@@ -293,8 +302,17 @@ def _rest(pad: Pad, runs: list[range], sigma: float, source: str) -> Floats | No
     quiet = np.flatnonzero(~loaded)
     _check_still(pad, quiet, runs, sigma, source)
     if quiet.size < _FEWEST_QUIET:
-        return None
-    return _numbers(np.median(pad.frames[quiet], axis=0))
+        return None, 0.0
+    unloaded = pad.frames[quiet]
+    return _numbers(np.median(unloaded, axis=0)), _noise_of_median(unloaded[:, pad.usable].astype(np.float64))
+
+
+def _noise_of_median(values: Floats) -> float:
+    """Return the standard deviation of the median over frames, as most taxels show it, from values (n_frames, n)."""
+    n = len(values)
+    # The median of a sample's variance is less than the variance, where there are few frames (Wilson and Hilferty).
+    usual = float(np.median(values.std(axis=0, ddof=1))) / (1 - 2 / (9 * (n - 1))) ** 1.5
+    return float(_OF_A_MEDIAN * usual / np.sqrt(n))
 
 
 def _numbers(values: NDArray[Any]) -> Floats:
@@ -326,7 +344,7 @@ def _check_still(pad: Pad, quiet: NDArray[np.intp], runs: list[range], sigma: fl
     peak = float(np.median([(pad.frames[run.start : run.stop] - first)[:, pad.usable].max() for run in runs]))
     if not all(seen) and np.abs(np.median(moved)) > _HELD * peak:
         return
-    error = 1.25 * sigma * np.sqrt(1 / ends[0].size + 1 / ends[1].size)
+    error = _OF_A_MEDIAN * sigma * np.sqrt(1 / ends[0].size + 1 / ends[1].size)
     n_moved = int(np.count_nonzero(np.abs(moved) > max(_MOVED_SIGMAS * error, _MOVED_SHARE * peak)))
     if n_moved >= max(2, (_MOVED_TAXELS if all(seen) else _MOVED_PAD) * moved.size):
         raise InputError(
