@@ -502,6 +502,16 @@ VH_API double vh_fit_ball(const struct vh_parts *parts, double *found);
  * radius are looked at. */
 VH_API void vh_meeting(const struct vh_parts *parts, const double *half_height, const int64_t *digit, uint8_t *out);
 
+/*
+ * The mean absolute (power 1) or squared (power 2) difference of measures, as numpy's mean to the bit.
+ *
+ * ones    n_ones x n_measures.
+ * others  n_others x n_measures.
+ * out     n_ones x n_others.
+ */
+VH_API void vh_distances(const vh_real *ones, int n_ones, const vh_real *others, int n_others, int n_measures, int power,
+                         vh_real *out);
+
 #ifdef __cplusplus
 }
 #endif

@@ -70,6 +70,23 @@ def test_distances_are_those_of_scipy_a_measure(seed: int, n_measures: int, powe
 
 
 @pytest.mark.parametrize("power", [1, 2])
+@pytest.mark.parametrize("n_measures", [1, 7, 8, 9, 15, 16, 127, 128, 129, 136, 255, 256, 257, 264, 700, 1031])
+def test_distances_are_numpy_s_means_to_the_bit(power: int, n_measures: int) -> None:
+    rng = np.random.default_rng(n_measures)
+    for n_landmarks in (1, 3, 4, 5, 8):
+        a, b = rng.normal(0, 2, (3, n_measures)), rng.normal(0, 2, (n_landmarks, n_measures))
+        a[1] = b[0]
+        plain = [[np.mean(np.abs(other - one) ** power) for other in b] for one in a]
+        for ones, others in ((a, b), (np.asfortranarray(a), b[:, ::1])):
+            np.testing.assert_array_equal(distances(ones, others, power), plain)
+    a[2] = np.nan
+    assert np.isnan(distances(a, b, power)).all(axis=1).tolist() == [False, False, True]
+    assert distances(a[:0], b, power).shape == (0, n_landmarks)
+    a.flags.writeable = False
+    assert distances(a, b, power)[1, 0] == 0
+
+
+@pytest.mark.parametrize("power", [1, 2])
 @pytest.mark.parametrize("together", [1, 12, 13, 1000])
 def test_distances_are_the_same_to_the_bit_however_many_are_worked_on_together(
     power: int, together: int, monkeypatch: pytest.MonkeyPatch

@@ -26,6 +26,21 @@ def probability(scores: np.ndarray, temperature: float, mixing: float) -> np.nda
     return np.array(out)
 
 
+@pytest.mark.parametrize("scale", [0.3, 3.0, 40.0, 2000.0])
+def test_of_many_classes_the_calibration_is_the_one_of_plain_exponentials(scale: float) -> None:
+    rng = np.random.default_rng(7)
+    truth = rng.integers(0, 200, 400)
+    scores = scale * (rng.normal(0, 1, (400, 200)) + 2 * np.eye(200)[truth])
+    below = scores - scores.max(axis=1, keepdims=True)
+    losses = {}
+    for temperature in np.geomspace(0.25, 64.0, 65).tolist():
+        odds = np.exp(below / temperature)
+        share = odds[np.arange(400), truth] / odds.sum(axis=1)
+        losses |= {(temperature, m): float(-np.log(m / 200 + (1 - m) * share).sum()) for m in MIXINGS}
+    found = calibrate(scores, truth)
+    assert (found.temperature, found.mixing) == min(losses, key=lambda of: losses[of])
+
+
 @given(st.integers(0, 2**31), st.sampled_from([0.02, 0.3, 3.0, 60.0, 500.0]), st.sampled_from([0.0, 0.03, 0.5]))
 @settings(max_examples=12, deadline=None)
 def test_a_calibration_is_the_best_of_the_grid(seed: int, scale: float, wrong: float) -> None:

@@ -20,6 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.kernel import address, bind
+
 __all__ = [
     "Discriminant",
     "Scaling",
@@ -43,6 +45,8 @@ _RANK = 1e-9
 _MOST_LANDMARKS, _MOST_NUMBERS = 800, 300_000
 # Numbers that are worked on together: they stay in a processor's cache.
 _TOGETHER = 1 << 15
+
+_distances = bind("vh_distances", "pipiiip")
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +94,21 @@ class Discriminant:
         """Return where presses lie, shape (n, n_directions), by their `distances` from the landmarks."""
         return np.asarray(np.exp(-apart / self.width) @ self.whiten)
 
+    def judge_alike(self, alike: Floats, nearest: Floats) -> tuple[Floats, Floats]:
+        """Judge presses as `judge` does, by their similarities to the landmarks, which discriminants of a width share.
+
+        Parameters
+        ----------
+        alike : ndarray of shape (n, n_landmarks), float64
+            ``exp(-apart / width)``.
+        nearest : ndarray of shape (n,), float64
+            The mean difference from the nearest landmark.
+        """
+        at = alike @ self.whiten
+        squared = (at * at).sum(axis=1)[:, None] - 2 * at @ self.means.T + (self.means * self.means).sum(axis=1)
+        squared = np.maximum(squared, 0.0)
+        return -0.5 * squared, np.stack([squared.min(axis=1), nearest], axis=1)
+
     def judge(self, apart: Floats) -> tuple[Floats, Floats]:
         """Judge presses by their `distances` from the landmarks, shape (n, n_landmarks).
 
@@ -99,10 +118,7 @@ class Discriminant:
         strangeness : ndarray of shape (n, 2), float64
             Squared distance from the nearest class, and the mean difference from the nearest landmark.
         """
-        at = self.coordinates(apart)
-        squared = (at * at).sum(axis=1)[:, None] - 2 * at @ self.means.T + (self.means * self.means).sum(axis=1)
-        squared = np.maximum(squared, 0.0)
-        return -0.5 * squared, np.stack([squared.min(axis=1), apart.min(axis=1)], axis=1)
+        return self.judge_alike(np.exp(-apart / self.width), apart.min(axis=1))
 
 
 def learn_scaling(measures: Floats) -> Scaling:
@@ -193,11 +209,11 @@ def single(array: Floats) -> Floats:
 
 def distances(scaled: Floats, landmarks: Floats, power: int) -> Floats:
     """Return the mean absolute (power 1) or squared (2) difference a measure, shape (n, n_landmarks)."""
-    apart = np.empty((len(scaled), len(landmarks)))
-    for k, one in enumerate(scaled):
-        for rows in blocks(landmarks.shape):
-            np.add.reduce(differences(landmarks[rows], one, power), axis=1, out=apart[k, rows])
-    apart /= landmarks.shape[1]
+    n, (n_landmarks, n_measures) = len(scaled), landmarks.shape
+    apart = np.zeros((n, n_landmarks))
+    if apart.size and n_measures:
+        ones, others = (np.require(of, np.float64, ["C", "W"]) for of in (scaled, landmarks))
+        _distances(address(ones), n, address(others), n_landmarks, n_measures, power, address(apart))
     return apart
 
 

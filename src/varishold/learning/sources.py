@@ -293,9 +293,12 @@ def _chosen(
 ) -> tuple[tuple[float, float], tuple[Floats, Floats]]:
     """Return the settings of least loss on held-out folds, and what was said there."""
     settings = list(product(_WIDTHS, _SHRINKAGES))
-    held = {of: (np.full((len(codes), n_classes), -np.inf), np.zeros((len(codes), 2))) for of in settings}
+    truth, n_asked = codes[asked], int(np.count_nonzero(asked))
+    held = {of: (np.full((n_asked, n_classes), -np.inf), np.zeros((n_asked, 2))) for of in settings}
     for k in np.unique(fold):
-        train, test = fold != k, fold == k
+        # Of what is held out only what is asked is answered: with sessions a copy in six, without them five.
+        train, test = fold != k, asked & (fold == k)
+        at = np.flatnonzero(test[asked])
         there, inner = np.unique(codes[train], return_inverse=True)
         scaling = learn_scaling(values[train])
         rows = landmark_rows(inner, values.shape[1], share)
@@ -303,16 +306,16 @@ def _chosen(
         between, apart = distances(known, known[rows], power), distances(new, known[rows], power)
         for width in _WIDTHS:
             learned = discriminants(between, rows, inner, len(there), power, width, _SHRINKAGES)
+            alike, nearest = np.exp(-apart / width), apart.min(axis=1)
             for shrinkage, one in zip(_SHRINKAGES, learned, strict=True):
-                said, strange = one.judge(apart)
-                held[width, shrinkage][0][np.ix_(test, there)] = said
-                held[width, shrinkage][1][test] = strange
+                said, strange = one.judge_alike(alike, nearest)
+                held[width, shrinkage][0][np.ix_(at, there)] = said
+                held[width, shrinkage][1][at] = strange
         tick()
-    tried = {of: (said[asked], strange[asked]) for of, (said, strange) in held.items()}
-    losses = {of: _log_loss(said, codes[asked]) for of, (said, _) in tried.items()}
+    losses = {of: _log_loss(said, truth) for of, (said, _) in held.items()}
     limit = min(losses.values()) + _AS_GOOD
     best = max(setting for setting, loss in losses.items() if loss <= limit)
-    return best, tried[best]
+    return best, held[best]
 
 
 def _log_loss(scores: Floats, codes: NDArray[np.intp]) -> float:
