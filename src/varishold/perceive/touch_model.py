@@ -334,7 +334,7 @@ def mean_by_kind(log_kernel: Floats, members: Floats) -> Floats:
     known = np.isfinite(log_kernel)
     top = np.where(known, log_kernel, -np.inf).max(axis=-1, keepdims=True, initial=-np.inf)
     top = np.where(np.isfinite(top), top, 0.0)
-    mass = np.where(known, np.exp(np.where(known, log_kernel, 0.0) - top), 0.0)
+    mass = np.where(known, np.exp(np.where(known, log_kernel, top) - top), 0.0)
     total, count = mass @ members.T, known @ members.T
     # A kind that never was touched so is neither likelier nor less likely than the others on the whole.
     of_all = total.sum(axis=-1, keepdims=True) / np.maximum(count.sum(axis=-1, keepdims=True), 1.0)
