@@ -194,15 +194,11 @@ def of_each_object(runs: NDArray[np.float64], names: Sequence[str]) -> tuple[flo
     The first is of orders that are best in hindsight, the second of such as were each best on the other half of the
     object's examples. `runs` as of `chosen_before`.
     """
-    hindsight, before = np.zeros(len(names)), np.zeros(len(names))
-    for name in dict.fromkeys(names):
-        rows = np.flatnonzero(np.array(names) == name)
-        seconds = runs[:, rows, 0]
-        hindsight[rows] = seconds[seconds.mean(axis=1).argmin()]
-        for half in (0, 1):
-            best = seconds[:, half::2].mean(axis=1).argmin()
-            before[rows[1 - half :: 2]] = seconds[best, 1 - half :: 2]
-    return float(hindsight.mean()), float(before.mean())
+    by_name = [runs[:, np.array(names) == name] for name in dict.fromkeys(names)]
+    hindsight = sum(each[..., 0].sum(axis=1).min() for each in by_name)
+    # However often they err.
+    before = sum(each.shape[1] * chosen_before(each, 1.0)[0] for each in by_name)
+    return float(hindsight) / len(names), float(before) / len(names)
 
 
 def fixed_length(replays: Sequence[_Replay], orders: Sequence[Sequence[str]], wrong: float) -> int | None:

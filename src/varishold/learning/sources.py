@@ -304,9 +304,10 @@ def _chosen(
         rows = landmark_rows(inner, values.shape[1], share)
         known, new = (np.nan_to_num(scaling.apply(values[of])) for of in (train, test))
         between, apart = distances(known, known[rows], power), distances(new, known[rows], power)
+        nearest = apart.min(axis=1)
         for width in _WIDTHS:
             learned = discriminants(between, rows, inner, len(there), power, width, _SHRINKAGES)
-            alike, nearest = np.exp(-apart / width), apart.min(axis=1)
+            alike = np.exp(-apart / width)
             for shrinkage, one in zip(_SHRINKAGES, learned, strict=True):
                 said, strange = one.judge_alike(alike, nearest)
                 held[width, shrinkage][0][np.ix_(at, there)] = said

@@ -181,9 +181,10 @@ class _Imagined:
         members = (self.kind[some] == np.arange(self.kind.max() + 1)[:, None]).astype(float)
         of_kinds = self._log_kernel(model, some)
         of_kinds[some == drawn[:, None]] = -np.inf
-        means, less = mean_by_kind(of_kinds, members), mean_by_kind(model.own * of_kinds, members)
+        means = mean_by_kind(of_kinds, members)
         log_kernel = np.where(model.made[self.rows], self._log_kernel(model, self.rows), means[:, kind])
-        log_kernel = model.own * log_kernel + (means - less)[:, kind]
+        if model.own < 1:
+            log_kernel = model.own * log_kernel + (means - mean_by_kind(model.own * of_kinds, members))[:, kind]
         log_kernel += model.log_success(self.kind, failed=False)[self.rows]
         log_kernel[~model.made[drawn]] = model.log_success(self.kind, failed=True)[self.rows]
         return self._others(log_kernel)
