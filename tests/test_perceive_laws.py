@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from varishold.errors import InputError
 from varishold.perceive import Belief, Evidence, Library, expected_information, fuse
 from varishold.perceive.conformity import Calibration
+from varishold.perceive.likelihood import log_mean, squared_distances
 from varishold.perceive.metric import Metric, fit_metric
 from varishold.perceive.size_model import FREEDOM, fit_size_model
-from varishold.perceive.touch_model import log_mean, squared_distances
 
 seeds = st.integers(0, 2**32 - 1)
 few = settings(max_examples=25)

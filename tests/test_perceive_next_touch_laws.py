@@ -152,7 +152,7 @@ def test_what_is_imagined_of_an_outcome_is_what_is_believed_of_it(
     rng = np.random.default_rng(3)
     felt = {name: slips([*rng.normal(k, 1, 12), *more]) for k, name in enumerate(("ball", "box", "can"))}
     library = Library.from_examples(felt).tempered(1.0, own=own)
-    imagined = _imagined(Belief.before(library), np.ones(len(library), bool), np.full(3, 1 / 3), 500)
+    imagined = _imagined(library, Belief.before(library).particles, 500)
     assert imagined is not None
     tip = library.touches["tip"]
     for drawn, names in zip(imagined.rows[imagined.drawn], imagined.names_after(imagined.weighed(tip)), strict=True):

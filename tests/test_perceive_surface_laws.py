@@ -27,8 +27,8 @@ from varishold.perceive import distance_process as process_module
 from varishold.perceive import implicit_surface as surface_module
 from varishold.perceive.contour_mesh import contour_mesh, write_stl
 from varishold.perceive.distance_process import DistanceProcess, Straying, likeliest_process
+from varishold.perceive.likelihood import squared_distances
 from varishold.perceive.plain_body import Ball, Bar, plain_bodies
-from varishold.perceive.touch_model import squared_distances
 
 BALL = Ball((0.01, -0.02, 0.05, 0.04), (0.005,) * 4)
 BAR = Bar((0.01, -0.02, 0.03, 0.1), (0.005, 0.005, 0.005, 0.03))

@@ -9,15 +9,16 @@ import pytest
 
 from varishold.perceive import touch_model as module
 from varishold.perceive.conformity import Calibration
+from varishold.perceive.likelihood import (
+    log_mean,
+    mean_by_every_kind,
+    mean_by_kind,
+    members_of_kinds,
+    squared_distances,
+)
 from varishold.perceive.metric import Metric
 from varishold.perceive.touch_learning import touch_model
-from varishold.perceive.touch_model import (
-    TouchModel,
-    log_mean,
-    squared_distances,
-    tempered,
-    with_own_examples,
-)
+from varishold.perceive.touch_model import TouchModel, tempered, with_own_examples
 
 WIDTHS, FALLS = (0.7, 1.0, 1.4), (5.0, 10.0, 20.0, 40.0, 80.0)
 
@@ -319,6 +320,31 @@ def test_distances_are_never_below_nothing_and_means_are_taken_along_the_last_ax
     p = rng.uniform(0.1, 1, (2, 3, 5))
     np.testing.assert_allclose(log_mean(np.log(p)), np.log(p.mean(axis=2)))
     np.testing.assert_allclose(log_mean(np.log(p) + 900), np.log(p.mean(axis=2)) + 900)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_means_by_kind_are_of_the_examples_that_know_and_belief_gives_a_silent_kind_what_all_say(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    owner = rng.permutation(np.repeat(np.arange(3), 5))
+    members = members_of_kinds(owner)
+    np.testing.assert_array_equal(members, owner == np.arange(3)[:, None])
+    told = rng.normal(-30, 3, (4, 15))
+    told[rng.random(told.shape) < 0.2] = np.nan
+    told[:, owner == 1] = -np.inf
+    # What is less than any float says nothing, and is no silence.
+    told[3, owner == 2], told[3, np.flatnonzero(owner == 0)[0]] = -2000.0, -20.0
+    means, of_every = mean_by_kind(told, members), mean_by_every_kind(told, members)
+    for row, judged, believed in zip(np.exp(np.where(np.isfinite(told), told, np.nan)), means, of_every, strict=True):
+        assert judged[0] == pytest.approx(np.log(np.nanmean(row[owner == 0])))
+        assert judged[1] == -np.inf
+        assert believed[1] == pytest.approx(np.log(np.nanmean(row)))
+    np.testing.assert_array_equal(of_every[:3, [0, 2]], means[:3, [0, 2]])
+    assert means[0, 2] == pytest.approx(np.log(np.nanmean(np.exp(told[0, owner == 2]))))
+    assert means[3, 2] == -np.inf
+    assert of_every[3, 2] == pytest.approx(-20 + np.log(1e-300))
+    nobody = np.full(15, -np.inf)
+    assert np.isnan(mean_by_kind(nobody, members)).all()
+    np.testing.assert_array_equal(mean_by_every_kind(nobody, members), np.full(3, np.log(1e-300)))
 
 
 def test_fewer_numbers_and_a_tempered_kernel_fall_as_much_slower() -> None:

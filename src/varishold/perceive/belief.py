@@ -19,9 +19,10 @@ from varishold.errors import InputError, require, require_a
 from varishold.frame.checks import is_number
 from varishold.perceive.evidence import Evidence
 from varishold.perceive.library import LOG_SIZES, REFUSED_AT, Library
+from varishold.perceive.likelihood import mean_by_every_kind
 from varishold.perceive.name_evidence import NameEvidence
 from varishold.perceive.seen import Beyond, Look, SeenRange, answers_look, range_look
-from varishold.perceive.touch_model import SIGNIFICANCE, mean_by_kind
+from varishold.perceive.touch_model import SIGNIFICANCE
 from varishold.trust import conformal_p_value, known_share, least_error, weighed_p_value, widened
 
 __all__ = ["STRANGERS", "Belief"]
@@ -155,13 +156,13 @@ class Belief:
         values = evidence.vector(model.metric.names)
         known = np.isfinite(values)
         log_kernel = model.log_kernel(values)
-        means = mean_by_kind(log_kernel, self.library.members)
+        means = mean_by_every_kind(log_kernel, self.library.members)
         # An example without this touch explains it as its kind's others do on the whole.
         log_kernel = np.where(np.isnan(log_kernel), means[self.library.kind], log_kernel)
         if model.own < 1:
             # Of each kind the mean stays.
             log_kernel = model.own * log_kernel
-            log_kernel += (means - mean_by_kind(log_kernel, self.library.members))[self.library.kind]
+            log_kernel += (means - mean_by_every_kind(log_kernel, self.library.members))[self.library.kind]
         log_kernel = log_kernel + success
         sizes, sized = self.size_table, self.sized
         if model.size is not None:

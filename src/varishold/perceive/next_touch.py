@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 
 from varishold.errors import require
 from varishold.perceive.belief import Belief
-from varishold.perceive.touch_model import TouchModel, mean_by_kind, squared_distances
+from varishold.perceive.library import Library
+from varishold.perceive.likelihood import mean_by_every_kind, squared_distances
+from varishold.perceive.touch_model import TouchModel
 
 __all__ = ["NextTouch", "expected_information", "time_until_sure"]
 
@@ -84,7 +86,11 @@ def expected_information(belief: Belief, touch: str) -> float:
     fails = np.exp(model.log_success(library.kind, failed=True)) if model.failed.any() else np.zeros(len(library))
     by_name = np.bincount(library.owner, weights=belief.particles, minlength=n_objects)
     failed = np.bincount(library.owner, weights=belief.particles * fails, minlength=n_objects)
-    imagined = _imagined(belief, model.made, by_name - failed, _PARTICLES)
+    # Examples that know the touch stand for all of their objects'.
+    knowing = np.where(model.made, belief.particles, 0.0)
+    of_knowing = np.bincount(library.owner, weights=knowing, minlength=n_objects)
+    weight = knowing * ((by_name - failed) / np.maximum(of_knowing, 1e-300))[library.owner]
+    imagined = _imagined(library, weight, _PARTICLES)
     if imagined is None:
         return 0.0
     after = imagined.names_after(imagined.explained(model))
@@ -115,9 +121,8 @@ def time_until_sure(belief: Belief, takes: Mapping[str, float], error: float) ->
         For each touch: the time, in the unit of `takes`, and the touch after it for which it is least; None where it
         is the only one. Empty where no example is believed.
     """
-    library, n_objects = belief.library, len(belief.library.objects)
-    by_name = np.bincount(library.owner, weights=belief.particles, minlength=n_objects)
-    imagined = _imagined(belief, np.ones(len(library), np.bool_), by_name, _PARTICLES_OF_PAIRS)
+    library = belief.library
+    imagined = _imagined(library, belief.particles, _PARTICLES_OF_PAIRS)
     if imagined is None:
         return {}
     usual = float(np.mean([*takes.values()]))
@@ -181,10 +186,10 @@ class _Imagined:
         members = (self.kind[some] == np.arange(self.kind.max() + 1)[:, None]).astype(float)
         of_kinds = self._log_kernel(model, some)
         of_kinds[some == drawn[:, None]] = -np.inf
-        means = mean_by_kind(of_kinds, members)
+        means = mean_by_every_kind(of_kinds, members)
         log_kernel = np.where(model.made[self.rows], self._log_kernel(model, self.rows), means[:, kind])
         if model.own < 1:
-            log_kernel = model.own * log_kernel + (means - mean_by_kind(model.own * of_kinds, members))[:, kind]
+            log_kernel = model.own * log_kernel + (means - mean_by_every_kind(model.own * of_kinds, members))[:, kind]
         log_kernel += model.log_success(self.kind, failed=False)[self.rows]
         log_kernel[~model.made[drawn]] = model.log_success(self.kind, failed=True)[self.rows]
         return self._others(log_kernel)
@@ -222,16 +227,12 @@ class _Imagined:
         return np.asarray(self._prior / np.maximum(others @ self._told, 1e-300))
 
 
-def _imagined(belief: Belief, known: NDArray[np.bool_], by_name: NDArray[Any], most: int) -> _Imagined | None:
-    """Imagine outcomes among so many particles at most, of those that know the touch; None where none is likely.
+def _imagined(library: Library, weight: Floats, most: int) -> _Imagined | None:
+    """Imagine outcomes among so many of the library's examples at most, by their weights; None where none has any.
 
-    They stand for all of their objects', whose probabilities are `by_name`. Outcomes are evenly spaced over the
-    cumulated weights, so that the same belief always imagines the same ones.
+    Outcomes are evenly spaced over the cumulated weights, so that the same belief always imagines the same ones.
     """
-    library = belief.library
-    weight = np.where(known, belief.particles, 0.0)
-    of_known = np.bincount(library.owner, weights=weight, minlength=len(by_name))
-    rows, share = _thinned(weight * (by_name / np.maximum(of_known, 1e-300))[library.owner], most)
+    rows, share = _thinned(weight, most)
     if not rows.size:
         return None
     picks = np.searchsorted(np.cumsum(share), (np.arange(_OUTCOMES) + 0.5) / _OUTCOMES)

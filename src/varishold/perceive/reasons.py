@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from varishold.perceive.belief import Belief
 from varishold.perceive.evidence import Evidence
-from varishold.perceive.touch_model import TouchModel, log_mean
+from varishold.perceive.likelihood import log_mean
+from varishold.perceive.touch_model import TouchModel
 
 __all__ = ["GROUPS", "reasons_of"]
 

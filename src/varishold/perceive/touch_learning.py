@@ -10,18 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.perceive.evidence import SIZE_PREFIX
+from varishold.perceive.likelihood import log_mean, mean_by_kind, members_of_kinds, squares_from
 from varishold.perceive.metric import fit_metric
 from varishold.perceive.neighbourhood import folds_of, learn_map
 from varishold.perceive.size_model import fit_size_model
-from varishold.perceive.touch_model import (
-    TouchModel,
-    by_object,
-    conformities,
-    log_mean,
-    squares_among,
-    squares_from,
-    with_scores,
-)
+from varishold.perceive.touch_model import TouchModel, conformities, squares_among, with_scores
 
 __all__ = ["touch_model"]
 
@@ -111,10 +104,11 @@ def _best_kernel(
     `judged`: examples, and their squared distances from all.
     """
     d, rows = len(model.metric.names), np.concatenate([part for part, _ in judged])
+    members = members_of_kinds(owner)
     least, best = np.inf, model
     for width, fall in kernels:
         tried = replace(model, width=width, fall=fall)
-        p = np.exp(np.concatenate([by_object(tried.kernel(squares, d), owner) for _, squares in judged]))
+        p = np.exp(np.concatenate([mean_by_kind(tried.kernel(squares, d), members) for _, squares in judged]))
         right = p[np.arange(len(rows)), owner[rows]] / p.sum(axis=1)
         loss = float(-np.log(np.maximum(right, 1e-12)).mean())
         if loss < least:
@@ -157,10 +151,10 @@ def _with_learned_metric(model: TouchModel, owner: NDArray[np.int64], object_of_
     if not np.linalg.cond(map_) < _MOST_UNEVEN:
         return model
     learned = replace(best, metric=model.metric.mapped(map_))
-    d, held = len(model.metric.names), np.full(len(owner), np.nan)
+    d, held, members = len(model.metric.names), np.full(len(owner), np.nan), members_of_kinds(owner[made])
     for own, squares in held_out:
         log_kernel = learned.kernel(squares, d)
-        said = by_object(log_kernel[:, :n], owner[made])[np.arange(len(own)), owner[made[own]]]
+        said = mean_by_kind(log_kernel[:, :n], members)[np.arange(len(own)), owner[made[own]]]
         held[made[own]] = said - log_mean(log_kernel[:, n:]) if len(strange) else said
     return replace(learned, optimism=np.nan_to_num(conformities(learned, owner, np.arange(len(owner))) - held))
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.perceive.conformity import Calibration
+from varishold.perceive.likelihood import log_mean, mean_by_kind, members_of_kinds, squared_distances, squares_from
 from varishold.perceive.metric import Metric
 from varishold.perceive.seen import SeenRange, seen_range
 from varishold.perceive.size_model import SizeModel
@@ -18,12 +19,8 @@ from varishold.trust import share_interval
 __all__ = [
     "SIGNIFICANCE",
     "TouchModel",
-    "by_object",
     "conformities",
-    "log_mean",
-    "squared_distances",
     "squares_among",
-    "squares_from",
     "tempered",
     "with_own_examples",
     "with_scores",
@@ -271,76 +268,11 @@ class TouchModel:
         return -0.5 * fall * np.log1p(squares / (known * self.width**2))
 
 
-def squared_distances(first: NDArray[np.float32], second: NDArray[np.float32]) -> Floats:
-    """Return the squared distance of every row of the one (n, d) from every row of the other (m, d), shape (n, m)."""
-    a, b = first.astype(np.float64), second.astype(np.float64)
-    out: Floats = (a**2).sum(axis=1)[:, None] + (b**2).sum(axis=1)[None, :] - 2 * a @ b.T
-    return np.maximum(out, 0.0, out=out)
-
-
-def log_mean(log_likelihood: Floats, *, over: int | None = None) -> Floats:
-    """Return the logarithm of the mean likelihood along the last axis.
-
-    Parameters
-    ----------
-    log_likelihood : ndarray of shape (..., n)
-    over : int, optional
-        What the sum is divided by; default: n.
-    """
-    top = log_likelihood.max(axis=-1, keepdims=True)
-    total = np.exp(log_likelihood - top).sum(axis=-1)
-    out: Floats = np.log(total / (log_likelihood.shape[-1] if over is None else over)) + top[..., 0]
-    return out
-
-
 def squares_among(model: TouchModel, rows: NDArray[np.int64]) -> Floats:
     """Squared distances of some examples from all, shape (n_rows, n); infinite from themselves and the unmade."""
     squares = squares_from(model.white, rows)
     squares[:, ~model.made] = np.inf
     return squares
-
-
-def squares_from(white: NDArray[np.float32], rows: NDArray[np.int64]) -> Floats:
-    """Squared distances of some rows from all, infinite from themselves."""
-    squares = squared_distances(white[rows], white)
-    squares[np.arange(len(rows)), rows] = np.inf
-    return squares
-
-
-def by_object(log_kernel: Floats, owner: NDArray[np.int64]) -> Floats:
-    """Mean likelihood under each object's examples, in logarithm; shape (n_rows, n_objects)."""
-    top = log_kernel.max(axis=1, keepdims=True)
-    member = (owner[:, None] == np.unique(owner)).astype(float)
-    known = np.isfinite(log_kernel).astype(float) @ member
-    with np.errstate(divide="ignore", invalid="ignore"):
-        out: Floats = np.log(np.exp(log_kernel - top) @ member / np.maximum(known, 1.0)) + top
-    return out
-
-
-def mean_by_kind(log_kernel: Floats, members: Floats) -> Floats:
-    """Return the logarithm of the mean likelihood over each kind's examples that know it.
-
-    Parameters
-    ----------
-    log_kernel : ndarray of shape (..., n)
-        Log-likelihood under each example; not finite for those that do not know it.
-    members : ndarray of shape (n_kinds, n)
-        1 where an example is of a kind, else 0.
-
-    Returns
-    -------
-    ndarray of shape (..., n_kinds)
-    """
-    known = np.isfinite(log_kernel)
-    top = np.where(known, log_kernel, -np.inf).max(axis=-1, keepdims=True, initial=-np.inf)
-    top = np.where(np.isfinite(top), top, 0.0)
-    mass = np.where(known, np.exp(np.where(known, log_kernel, top) - top), 0.0)
-    total, count = mass @ members.T, known @ members.T
-    # A kind that never was touched so is neither likelier nor less likely than the others on the whole.
-    of_all = total.sum(axis=-1, keepdims=True) / np.maximum(count.sum(axis=-1, keepdims=True), 1.0)
-    mean = np.where(count > 0, total / np.maximum(count, 1.0), of_all)
-    out: Floats = np.log(np.maximum(mean, 1e-300)) + top
-    return out
 
 
 def with_scores(model: TouchModel, owner: NDArray[np.int64], share: float = 1.0) -> TouchModel:
@@ -356,10 +288,10 @@ def conformities(model: TouchModel, owner: NDArray[np.int64], rows: NDArray[np.i
     """Log-likelihood of examples under the others of their object, less that under other things."""
     out = np.full(len(rows), np.nan)
     made = rows[model.made[rows]]
-    d, strange = len(model.metric.names), model.white_others
+    d, strange, members = len(model.metric.names), model.white_others, members_of_kinds(owner)
     for start in range(0, len(made), _AT_ONCE):
         part = made[start : start + _AT_ONCE]
-        own = by_object(model.kernel(squares_among(model, part), d), owner)[np.arange(len(part)), owner[part]]
+        own = mean_by_kind(model.kernel(squares_among(model, part), d), members)[np.arange(len(part)), owner[part]]
         if len(strange):
             own = own - log_mean(model.kernel(squared_distances(model.white[part], strange), d))
         out[np.searchsorted(rows, part)] = own
@@ -377,7 +309,7 @@ def _with_power(model: TouchModel, owner: NDArray[np.int64]) -> TouchModel:
     among = squared_distances(strange, strange)
     np.fill_diagonal(among, np.inf)
     unnamed = log_mean(model.kernel(among, d), over=len(strange) - 1)
-    odds = by_object(model.kernel(squares, d), owner) - unnamed[:, None]
+    odds = mean_by_kind(model.kernel(squares, d), members_of_kinds(owner)) - unnamed[:, None]
     power = np.full(n_objects, np.nan)
     for k in range(n_objects):
         usual = model.scores[(owner == k) & np.isfinite(model.scores)]
