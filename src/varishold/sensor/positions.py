@@ -43,8 +43,10 @@ class Shares:
         Where each point's entries begin; every point has one.
     taxel : ndarray of shape (n_entries,), intp
         Whose share it is.
-    weights, nearness : ndarray of shape (n_entries,), float64
-        As of `Resampling`.
+    weights : ndarray of shape (n_entries,), float64
+        The share itself.
+    nearness : ndarray of shape (n_entries,), float64
+        The same without planes: not negative, each point's sum 1.
     n_taxels : int
     """
 
@@ -81,12 +83,6 @@ class Shares:
         nearest[taxels] = self.point[order[first]]
         return nearest
 
-    def matrix(self, shares: Floats) -> Floats:
-        """Return shares with the zeros between them, of shape (n_points, n_taxels)."""
-        matrix = np.zeros((len(self.first), self.n_taxels))
-        matrix[self.point, self.taxel] = shares
-        return matrix
-
     def _at_taxels(self, values: Floats) -> Floats:
         sums: Floats = np.bincount(self.taxel, values, self.n_taxels).astype(np.float64, copy=False)
         return sums
@@ -119,16 +115,6 @@ class Resampling:
     @property
     def shape(self) -> tuple[int, int]:
         return int(self.field.shape[0]), int(self.field.shape[1])
-
-    @property
-    def weights(self) -> Floats:
-        """Share of each taxel in each point, shape (rows * cols, n_taxels)."""
-        return self.shares.matrix(self.shares.weights)
-
-    @property
-    def nearness(self) -> Floats:
-        """The same without planes: not negative, each point's sum 1."""
-        return self.shares.matrix(self.shares.nearness)
 
     @cached_property
     def stands(self) -> NDArray[np.bool_]:
