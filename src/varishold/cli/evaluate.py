@@ -70,7 +70,10 @@ def evaluate(
         bool,
         Option("Read nothing: score names of the public yardstick's frames of bad sensors."),
     ] = False,
-    shape: Annotated[str | None, Option("With --distortions: shape of the pads.", metavar="16x16|32x32|both")] = None,
+    pads: Annotated[
+        str | None,
+        Option("With --distortions: shape of the pads.", name="--shape", metavar="16x16|32x32|both"),
+    ] = None,
     frames: Annotated[
         int | None,
         Option("With --distortions: frames of each form on each medium in a row. Default: 40.", min=1, max=10_000),
@@ -110,9 +113,9 @@ def evaluate(
         }
         about |= {"peers": peers, "position": position, "absolute": absolute, "error": error, "sensor": sensor}
         about |= {"portable": portable or None, "workers": workers, "cluster": cluster}
-        evaluate_distortions(given, shape, frames, seed, json=json, **about)
+        evaluate_distortions(given, pads, frames, seed, json=json, **about)
         return
-    for name, value in (("shape", shape), ("frames", frames)):
+    for name, value in (("shape", pads), ("frames", frames)):
         if value is not None:
             raise InputError(f"--{name} is for --distortions alone: leave it out")
     if not recordings:

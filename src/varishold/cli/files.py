@@ -121,8 +121,7 @@ def with_option(error: InputError) -> str:
         return str(error)
     given = {each.name or "": each for each in context.command.get_params(context) if isinstance(each, click.Option)}
     option = given.get(error.parameter or "")
-    if error.parameter == "shape" and (option is None or option.metavar):
-        # The command has no such option, or asks by it for something else.
+    if error.parameter == "shape" and option is None:
         marks = _marks(signature_of(context.command.callback))
         read = {mark.kind: context.params.get(name) for name, mark in marks.items() if isinstance(mark, Reads)}
         if "source" in read:
