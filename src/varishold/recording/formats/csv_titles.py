@@ -12,7 +12,15 @@ from numpy.typing import NDArray
 
 from varishold.errors import FormatError
 
-__all__ = ["COUNTERS", "SECONDS", "check_order", "counts_frames", "only_counts", "refuse_hidden_column", "seconds_of"]
+__all__ = [
+    "COUNTERS",
+    "check_order",
+    "counts_frames",
+    "names_time",
+    "only_counts",
+    "refuse_hidden_column",
+    "seconds_of",
+]
 
 # What units of time are called, in seconds; minutes never alone, for min is the least.
 _UNITS = {
@@ -22,26 +30,16 @@ _UNITS = {
     **dict.fromkeys(("ns", "nsec", "nanoseconds"), 1e-9),
 }
 _MINUTES = dict.fromkeys(("min", "minutes"), 60.0)
-_CLOCKS = ("time", "t", "timestamp")
-_IN_BRACKETS = ("{} ({})", "{} [{}]", "{}({})", "{}[{}]")
-#: Seconds in one unit of a time column, by its title in lower case.
-SECONDS = {
-    **dict.fromkeys(_CLOCKS, 1.0),
-    **_UNITS,
-    **dict.fromkeys(("time_min", "time_minutes"), 60.0),
-    **{
-        said.format(clock, unit): unit_s
-        for clock in _CLOCKS
-        for units, ways in ((_UNITS, ("{}_{}", "{} {}", *_IN_BRACKETS)), (_MINUTES, _IN_BRACKETS))
-        for unit, unit_s in units.items()
-        for said in ways
-    },
-}
+_UNIT, _MINUTE = "|".join(_UNITS), "|".join(_MINUTES)
+_ANY_UNIT = f"{_UNIT}|{_MINUTE}"
+# What a time is called: a clock, a clock and its unit, or a unit.
+_CLOCK = re.compile(
+    rf"(?:time|t|timestamp)(?:[_ ]({_UNIT})| ?\(({_ANY_UNIT})\)| ?\[({_ANY_UNIT})\])?|time_({_MINUTE})|({_UNIT})"
+)
+# A unit at the end of a title that is not known.
+_UNIT_LAST = re.compile(rf"(?:[_ ]({_UNIT})|[(\[]\s*({_ANY_UNIT})\s*[)\]])")
 #: Titles of columns that count lines.
 COUNTERS = ("", "frame", "index", "n", "#", "no", "nr", "unnamed: 0")
-
-# A unit at the end of a title that is not known.
-_UNIT_LAST = re.compile(rf"(?:[_ ]({'|'.join(_UNITS)})|[(\[]\s*({'|'.join([*_UNITS, *_MINUTES])})\s*[)\]])")
 
 _NUMBER = re.compile(r"\d+")
 # What stands before the first of two numbers where it is the column's.
@@ -52,6 +50,17 @@ _FEWEST_COUNTED = 16
 _FEWEST_FRAMES, _FEWEST_ROWS = 4, 3
 
 
+def names_time(title: str | None) -> bool:
+    """Tell whether a column is a time by its title in lower case.
+
+    Examples
+    --------
+    >>> names_time("timestamp_ns"), names_time("t [min]"), names_time("ms"), names_time("zeit [ms]"), names_time(None)
+    (True, True, True, False, False)
+    """
+    return title is not None and _CLOCK.fullmatch(title) is not None
+
+
 def seconds_of(title: str) -> float:
     """Return the seconds in one unit of a time column, by its title in lower case; 1 where that says no unit.
 
@@ -60,10 +69,10 @@ def seconds_of(title: str) -> float:
     >>> seconds_of("timestamp_ns"), seconds_of("zeit [ms]"), seconds_of("elapsed_s"), seconds_of("clock")
     (1e-09, 0.001, 1.0, 1.0)
     """
-    said = _UNIT_LAST.search(title)
-    if title in SECONDS or said is None or said.end() != len(title):
-        return SECONDS.get(title, 1.0)
-    return {**_UNITS, **_MINUTES}[said[1] or said[2]]
+    said = _CLOCK.fullmatch(title) or _UNIT_LAST.search(title)
+    if said is None or said.lastindex is None or said.end() != len(title):
+        return 1.0
+    return {**_UNITS, **_MINUTES}[said[said.lastindex]]
 
 
 def counts_frames(column: NDArray[Any]) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from varishold.errors import FormatError
-from varishold.recording.formats.csv_titles import SECONDS
+from varishold.recording.formats.csv_titles import names_time
 from varishold.recording.formats.format import Options
 from varishold.recording.formats.named_arrays import NAMED, SINGLE
 from varishold.recording.stored import Column
@@ -109,7 +109,7 @@ def _clocks_passed(columns: Mapping[str, Column], n_frames: int) -> list[str]:
         f"{name} {column.shape}"
         for name, column in columns.items()
         if called[name].startswith("t")
-        and (called[name] in SECONDS or called[name] in TIMES)
+        and (names_time(called[name]) or called[name] in TIMES)
         and math.prod(column.shape) == n_frames
     ]
     if not passed:

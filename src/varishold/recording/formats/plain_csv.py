@@ -17,9 +17,9 @@ from varishold.files import encoding_notes, open_file, text_chunks
 from varishold.recording.formats.csv_dates import date_at
 from varishold.recording.formats.csv_titles import (
     COUNTERS,
-    SECONDS,
     check_order,
     counts_frames,
+    names_time,
     only_counts,
     refuse_hidden_column,
     seconds_of,
@@ -67,7 +67,7 @@ def _read(path: Path, options: Options) -> Recording:
         table = _without_counts(table, options)
         time, frames = _from_lines(path, table, options)
     frames, valid, said = _without_gaps(path, frames)
-    if time is not None and table.title not in SECONDS and table.dates is None and counts_frames(time):
+    if time is not None and not names_time(table.title) and table.dates is None and counts_frames(time):
         said = (
             *said,
             f"the first column counts {time[0]:g} to {time[-1]:g}: taken for seconds; if these are numbers of "
@@ -205,7 +205,7 @@ def _dated(path: Path, first: int, header: str) -> int | None:
     called = [name.lower() for name in header_names(header)]
     if date_at(line, 0):
         return 0
-    return 1 if len(called) > 1 and called[1] in SECONDS and date_at(line, 1) else None
+    return 1 if len(called) > 1 and names_time(called[1]) and date_at(line, 1) else None
 
 
 def _in_seconds(path: Path, number: int, line: str, dated: int) -> str:
@@ -296,7 +296,7 @@ def _from_lines(path: Path, table: _Table, options: Options) -> tuple[NDArray[An
 
 def _leading_columns(path: Path, table: _Table, width: int, wanted: int | None) -> int:
     """Return how many columns stand before the taxels: a time or a counter, or both where they are called so."""
-    titled = table.title in SECONDS or table.title in COUNTERS or table.dates == 0
+    titled = names_time(table.title) or table.title in COUNTERS or table.dates == 0
     ahead = int(titled) if wanted is None else width - wanted
     if table.dates is not None and ahead == table.dates:
         raise FormatError(
@@ -305,7 +305,7 @@ def _leading_columns(path: Path, table: _Table, width: int, wanted: int | None) 
             parameter="shape",
         )
     called = [title.lower() for title in table.titles[:2]]
-    both = ahead == len(called) == 2 and sorted(title in SECONDS for title in called) == [False, True]
+    both = ahead == len(called) == 2 and sorted(map(names_time, called)) == [False, True]
     if both and any(title in COUNTERS for title in called):
         return ahead
     if ahead not in (0, 1) or width == ahead:
@@ -328,12 +328,13 @@ def _time(path: Path, table: _Table, ahead: int, height: int) -> NDArray[np.floa
     if table.dates is not None:
         return np.ascontiguousarray(table.rows[::height, table.dates])
     if ahead == 2:
-        clock = next(k for k in (0, 1) if table.titles[k].lower() in SECONDS)
-        return table.rows[::height, clock] * SECONDS[table.titles[clock].lower()]
+        called = [title.lower() for title in table.titles[:2]]
+        clock = next(k for k in (0, 1) if names_time(called[k]))
+        return table.rows[::height, clock] * seconds_of(called[clock])
     if not ahead or table.title in COUNTERS:
         return None
     time = table.rows[::height, 0] * seconds_of(table.title or "")
-    if table.title not in SECONDS:
+    if not names_time(table.title):
         _check_runs(path, table, time)
     return time
 

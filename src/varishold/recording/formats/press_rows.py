@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from varishold.errors import FormatError, InputError
 from varishold.files import LARGEST_BYTES, encoding_notes, head_lines
 from varishold.recording.formats.csv_dates import date_seconds
-from varishold.recording.formats.csv_titles import COUNTERS, SECONDS
+from varishold.recording.formats.csv_titles import COUNTERS, names_time, seconds_of
 from varishold.recording.formats.format import Format, Options
 from varishold.recording.formats.numbers import as_counts, as_number
 from varishold.recording.formats.taxel_columns import TaxelColumns, header_names, pads_of, taxel_columns
@@ -44,12 +44,12 @@ def _recognizes(path: Path, head: bytes) -> bool:
     others = [name for name in names if name not in taxels]
     # Of one pad, and at most a time before it, each line is a frame of plain CSV.
     alone = len(groups) == 1 and len(groups[0].sides) == 1 and len(others) <= 1
-    return bool(groups) and not (alone and all(name.lower() in (*SECONDS, *COUNTERS) for name in others))
+    return bool(groups) and not (alone and all(names_time(name.lower()) or name.lower() in COUNTERS for name in others))
 
 
 def _read(path: Path, options: Options) -> Recording:
     frames, told, first_line = _columns(path, options)
-    clock = next((name for name in told if name.lower() in SECONDS), None)
+    clock = next((name for name in told if names_time(name.lower())), None)
     time_s = None if clock is None else _seconds(path, clock, told.pop(clock), first_line)
     press, known = _presses(path, told, len(next(iter(frames.values()))), first_line)
     shapes = ", ".join(f"{pad} {each.shape[1]} x {each.shape[2]}" for pad, each in frames.items())
@@ -106,7 +106,7 @@ def _numbers(path: Path, table: GraspTable, name: str) -> NDArray[np.float64]:
 
 def _seconds(path: Path, name: str, cells: NDArray[Any], first_line: int) -> NDArray[np.float64]:
     if cells.dtype.kind != "U":
-        return cells.astype(np.float64) * SECONDS[name.lower()]
+        return cells.astype(np.float64) * seconds_of(name.lower())
     texts = cells.tolist()
     dates = [date_seconds(cell) for cell in texts]
     if dates[0] is None:
