@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from varishold.frame.spread import spread_over
 from varishold.recording.framed import Framed
 from varishold.recording.light_presses import light_presses
 
-__all__ = ["peak_frame", "presses", "select_frames"]
+__all__ = ["frame_groups", "peak_frame", "presses", "select_frames"]
 
 # A press begins above this share of the largest total and above this many sigma of an unloaded total, and it
 # ends below half of that.
@@ -336,6 +337,17 @@ def select_frames(recording: Framed, frames: str | int) -> list[range]:
     >>> select_frames(recording, "peak"), select_frames(recording, "0")
     ([range(1, 2)], [range(0, 1)])
     """
+    return [*frame_groups(recording, frames)]
+
+
+def frame_groups(recording: Framed, frames: str | int) -> Iterable[range]:
+    """As `select_frames`, one by one: of a million frames a list takes more memory than what is looked at.
+
+    Raises
+    ------
+    InputError
+        As `select_frames`.
+    """
     source = f"{recording.source}: " if recording.source else ""
     if not isinstance(frames, str | int | np.integer):
         raise InputError(f"{source}frames must be 'peak', 'all', 'press' or a frame's number from 0, got {frames!r}")
@@ -343,9 +355,9 @@ def select_frames(recording: Framed, frames: str | int) -> list[range]:
         peak = peak_frame(recording)
         return [range(peak, peak + 1)]
     if frames == "all":
-        return [range(index, index + 1) for index in range(recording.n_frames)]
+        return (range(index, index + 1) for index in range(recording.n_frames))
     if frames == "press":
-        found = list(recording.presses.frames)
+        found: list[range] = list(recording.presses.frames)
         if not found:
             raise InputError(
                 f"{source}no press found: the total never rises above its noise; ask for frames 'peak' or a number"

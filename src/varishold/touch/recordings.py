@@ -11,7 +11,8 @@ from varishold.errors import InputError
 from varishold.files import let_go
 from varishold.frame.gains import gains_words
 from varishold.levelset.contact import Contact, with_losses
-from varishold.recording import Pad, Recording, pascals_per_unit, select_frames
+from varishold.recording import Pad, Recording, pascals_per_unit
+from varishold.recording.selection import frame_groups
 from varishold.sensor.model import Sensor
 from varishold.sensor.recordings import upright_recording
 from varishold.sensor.words import sensor_name, undone_words
@@ -80,10 +81,7 @@ def recognize_recording(
     """
     recording = upright_recording(recording, sensor)
     knows = knowledge_of(recording, levels=levels, skin=skin, exact=exact, sensor=sensor)
-    # Of a million frames a list of groups would take more memory than the frames that are looked at.
-    every = (range(index, index + 1) for index in range(recording.n_frames))
-    groups = every if isinstance(frames, str) and frames == "all" else select_frames(recording, frames)
-    yield from answers_of(recording, groups, knows, pooled=frames == "press")
+    yield from answers_of(recording, frame_groups(recording, frames), knows, pooled=frames == "press")
 
 
 @dataclass(frozen=True, eq=False)
