@@ -17,13 +17,14 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError, require, require_a
 from varishold.frame.checks import is_number
+from varishold.perceive.conformity_look import conformity_look
 from varishold.perceive.evidence import Evidence
-from varishold.perceive.library import LOG_SIZES, REFUSED_AT, Library
+from varishold.perceive.library import LOG_SIZES, Library
 from varishold.perceive.likelihood import mean_by_every_kind
 from varishold.perceive.name_evidence import NameEvidence
 from varishold.perceive.seen import Beyond, Look, SeenRange, answers_look, range_look
 from varishold.perceive.touch_model import SIGNIFICANCE
-from varishold.trust import conformal_p_value, known_share, least_error, weighed_p_value, widened
+from varishold.trust import known_share, weighed_p_value, widened
 
 __all__ = ["STRANGERS", "Belief"]
 
@@ -37,9 +38,6 @@ _FLOOR = -60.0
 
 # A number lies outside of what is known where at most this share of the examples lies as far beyond all others.
 _RANGE_ERROR = 0.008
-
-# So many examples can refuse one known thing in as many as is usual; of fewer the strangest refuse more.
-_ENOUGH = round(1 / REFUSED_AT[1]) - 1
 
 # An object is named, rather than a wider one that it is as well, where it is so sure against that.
 _SURE = 0.9
@@ -356,15 +354,10 @@ class Belief:
         return (touches,) if said is None else (touches, said)
 
     def _typicality(self) -> Look:
-        """Ask by all touches together whether it is the likeliest object, in the pose in which it is likeliest.
-
-        For each touch: the share of its own examples with a conformity no higher, for things of its size. Fisher's
-        product of the shares is ranked among the same products of those examples, so that it may be that touches of one
-        object conform badly together.
-        """
+        """Ask whether it is the likeliest object, in the pose in which it is likeliest."""
         k, size = self.best_kind, self.size()
         at = None if size is None else float(np.log(size[0]))
-        library, error = self.library, self.library.refused_after(len(self.beyond))
+        library = self.library
         told = [
             (own, score)
             for touch, score, known in zip(self.touches, self.scores[:, k], self.known, strict=True)
@@ -373,36 +366,4 @@ class Belief:
                 (own := library.touches[touch].calibration(k, library.kind, known, library.log_size)).scores
             ).any()
         ]
-        usual = np.array([own.of_examples(sized=at is not None) for own, _ in told])
-        surprisal = np.array([float(own.surprisal(score, at)) for own, score in told])
-        examples = int(library.counts[k])
-        whole = _together(usual, surprisal, error, examples)
-        if len(told) < 2 or examples >= _ENOUGH:
-            return whole
-        # So few examples refuse one known thing in as many: what is strange must be so without its strangest touch.
-        others = np.arange(len(told)) != surprisal.argmax()
-        return max(whole, _together(usual[others], surprisal[others], error, examples), key=lambda look: look.inside)
-
-
-def _together(usual: Floats, surprisal: Floats, error: float, examples: int) -> Look:
-    """Ask how rare it is that an example conforms as badly in some touches.
-
-    `usual` is that of the examples, shape (n_touches, n), NaN where one was not made; `surprisal` that of the thing.
-    """
-    known = _of_all_touches(usual)
-    if not known.size:
-        return Look(1.0, least_error(error, examples))
-    return Look(conformal_p_value([sum(surprisal.tolist()) - 1e-9], known).item(), least_error(error, known.size))
-
-
-def _of_all_touches(surprisal: Floats) -> Floats:
-    """Return the surprisal of all touches together, of examples that made them.
-
-    Where they are too few, what made some of the touches counts too, as if the others had felt as usual as those.
-    """
-    if not len(surprisal):
-        return np.array([])
-    made = np.isfinite(surprisal)
-    if made.all(axis=0).sum() >= _ENOUGH:
-        return np.asarray(surprisal[:, made.all(axis=0)].sum(axis=0))
-    return np.asarray(np.nanmean(surprisal[:, made.any(axis=0)], axis=0) * len(surprisal))
+        return conformity_look(told, at, library.refused_after(len(self.beyond)), int(library.counts[k]))
