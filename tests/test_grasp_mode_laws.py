@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 
 from varishold.errors import FormatError, InputError
 from varishold.grasp import HyperplaneClassifier, ThresholdEncoder, fit_model, read_model, shift_variants, write_model
-from varishold.grasp.classifier import with_variants
 from varishold.grasp.comparison import as_good, clearly_best, deal_folds, noisy_copies
 from varishold.grasp.compiled import CompiledCircuit
 from varishold.grasp.cover import _by_integer_program, smallest_cover
@@ -26,6 +25,7 @@ from varishold.grasp.modes.decoders import DECODERS, choose_decoder
 from varishold.grasp.modes.paper import _widest_first, all_bisectors
 from varishold.grasp.selection import choose_mode, remark_on_noise
 from varishold.grasp.training import training_grasps
+from varishold.grasp.variants import with_variants
 from varishold.recording import GraspTable
 
 seeds = st.integers(0, 2**31)

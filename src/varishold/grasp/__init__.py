@@ -38,7 +38,7 @@ __all__ = [
 
 if TYPE_CHECKING:
     from varishold.grasp.classifier import HyperplaneClassifier
-    from varishold.grasp.encoder import ThresholdEncoder, shift_variants, with_encoder
+    from varishold.grasp.encoder import ThresholdEncoder, with_encoder
     from varishold.grasp.explanation import Explanation
     from varishold.grasp.hyperplanes import Hyperplanes, bisectors
     from varishold.grasp.model import GraspModel, fit_model
@@ -47,5 +47,6 @@ if TYPE_CHECKING:
     from varishold.grasp.sign_table import MinimalTable, SignTable, minimal_table, reduced_table, smallest_hyperplanes
     from varishold.grasp.tables import describe_tables
     from varishold.grasp.training import TrainingGrasps, training_grasps
+    from varishold.grasp.variants import shift_variants
 else:
     __getattr__, __dir__ = lazy_names(__name__, __all__)

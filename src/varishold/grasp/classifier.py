@@ -29,8 +29,9 @@ from varishold.grasp.modes import MODES, Learned, ModeOptions
 from varishold.grasp.modes.learned import class_names
 from varishold.grasp.selection import choose_mode, remark_on_noise
 from varishold.grasp.sign_table import MinimalTable, SignTable, minimal_table, reduced_table
-from varishold.grasp.training import TrainingGrasps, distinct_rows, training_grasps
+from varishold.grasp.training import TrainingGrasps, training_grasps
 from varishold.grasp.unknown import fill, judge
+from varishold.grasp.variants import with_variants
 from varishold.trust import least_error, widened
 
 __all__ = ["HyperplaneClassifier"]
@@ -416,35 +417,6 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         # A hair above the largest, so that the most probable class is the one answered.
         mass[rows, answers] = np.maximum(mass[rows, answers], mass.max(axis=1) * (1 + 1e-9))
         return answers, widened(mass / mass.sum(axis=1, keepdims=True), p_values, self._limit), p_values
-
-
-def with_variants(
-    grasps: TrainingGrasps, options: ModeOptions, variants: ArrayLike | None
-) -> tuple[TrainingGrasps, ModeOptions]:
-    """Add to the training grasps what each would read in every variant; copies remember their grasp."""
-    if variants is None:
-        return grasps, options
-    r = grasps.n_switches
-    maps = as_given(variants, f"variants must be integers from -1 to {r - 1} of shape (n_variants, {r})")
-    fit = maps.ndim == 2 and maps.shape[1] == r and maps.dtype.kind in "iu"
-    require(
-        fit and ((maps >= -1) & (maps < r)).all(),
-        f"variants must be integers from -1 to {r - 1} of shape (n_variants, {r}), "
-        f"got shape {maps.shape} and dtype {maps.dtype}",
-    )
-    padded = np.column_stack([grasps.patterns, np.zeros(len(grasps), dtype=np.bool_)])
-    patterns = np.concatenate([grasps.patterns, *(padded[:, row] for row in maps)])
-    origin = np.tile(np.arange(len(grasps)), len(maps) + 1)
-    distinct, first, _ = distinct_rows(patterns)
-    owner = origin[first]
-    taught = replace(
-        grasps,
-        patterns=distinct,
-        labels=grasps.labels[owner],
-        weights=grasps.weights[owner],
-        numbers=grasps.numbers[owner],
-    )
-    return taught, replace(options, groups=tuple(owner.tolist()))
 
 
 def _listed(rows: tuple[int, ...]) -> str:

@@ -13,7 +13,7 @@ from varishold.frame.checks import as_given
 from varishold.grasp.estimator import BaseEstimator, TransformerMixin, check_is_fitted, feature_names, validate_data
 from varishold.trust import learn_ranges
 
-__all__ = ["MOST_CUT", "MOST_LEVELS", "ThresholdEncoder", "shift_variants", "with_encoder"]
+__all__ = ["MOST_CUT", "MOST_LEVELS", "ThresholdEncoder", "with_encoder"]
 
 #: A channel of real numbers is counted in steps of about this part of its range: a 16-bit converter.
 _COUNTS = 1 << 16
@@ -218,63 +218,3 @@ def with_encoder(netlist: Netlist, encoder: ThresholdEncoder, channels: tuple[st
     counts = [np.rint(t / s).astype(np.int64) for t, s in zip(encoder.thresholds_, encoder.resolution_, strict=True)]
     comparators = tuple(Comparator(k, int(t)) for k, row in enumerate(counts) for t in row)
     return Netlist(channels, comparators, netlist.units, netlist.terms, netlist.scores, netlist.classes)
-
-
-def shift_variants(
-    shape: tuple[int, ...],
-    *,
-    distance: int = 1,
-    diagonal: bool = False,
-    axes: tuple[int, int] = (-2, -1),
-    bits: NDArray[np.int64] | None = None,
-) -> NDArray[np.int64]:
-    """Shifts of a switch array by up to `distance` places, as `HyperplaneClassifier` takes them in `variants`.
-
-    Parameters
-    ----------
-    shape : tuple of int
-        Shape in which the switches (or channels) lie, like (pads, rows, columns).
-    distance : int, default 1
-        Largest shift along rows or along columns.
-    diagonal : bool, default False
-        Include shifts along both.
-    axes : (int, int), default (-2, -1)
-        Which axes of `shape` are rows and columns.
-    bits : ndarray of shape (n_channels,), optional
-        Bits per channel, where the switches are an encoder's bits (`ThresholdEncoder.bits_per_channel_`).
-        A bit reads its channel's neighbour's bit of the same rank, or its highest.
-
-    Returns
-    -------
-    ndarray of shape (n_variants, n_switches), int64
-        Which switch each one reads; -1 where the array ends.
-
-    Examples
-    --------
-    >>> shift_variants((1, 3), axes=(0, 1))[0]
-    array([ 1,  2, -1])
-    """
-    channels = np.arange(int(np.prod(shape)), dtype=np.int64).reshape(shape)
-    rows, columns = (axis % len(shape) for axis in axes)
-    found = []
-    steps = range(-distance, distance + 1)
-    for down in steps:
-        for right in steps:
-            outside = abs(down) >= shape[rows] or abs(right) >= shape[columns]
-            if outside or (down, right) == (0, 0) or (down and right and not diagonal):
-                continue
-            moved = np.full(shape, -1, dtype=np.int64)
-            to, of = [slice(None)] * len(shape), [slice(None)] * len(shape)
-            for axis, by in ((rows, down), (columns, right)):
-                to[axis] = slice(max(0, by), shape[axis] + min(0, by))
-                of[axis] = slice(max(0, -by), shape[axis] + min(0, -by))
-            moved[tuple(to)] = channels[tuple(of)]
-            found.append(moved.ravel())
-    variants = np.array(found, dtype=np.int64).reshape(len(found), channels.size)
-    if bits is None:
-        return variants
-    starts = np.concatenate([[0], np.cumsum(bits)[:-1]])
-    channel = np.repeat(np.arange(len(bits)), bits)
-    rank = np.arange(int(bits.sum())) - starts[channel]
-    source = variants[:, channel]
-    return np.where(source < 0, -1, starts[source] + np.minimum(rank, bits[source] - 1))
