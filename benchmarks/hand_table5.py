@@ -15,7 +15,8 @@ import numpy as np
 from benchmarks._figures import figure, share
 from varishold.hand import TABLE_5_OBJECTS, HandSetting, Job, run_jobs
 from varishold.hand.grasping import grasp
-from varishold.paper.table5 import OBJECT_NAMES, as_paper_table, finger_length_sweep, table_5
+from varishold.paper.finger_length import finger_length_sweep
+from varishold.paper.table5 import OBJECT_NAMES, as_paper_table, table_5
 from varishold.trust import share_interval
 
 #: First seed of the grasps without retries.

@@ -416,7 +416,7 @@ def test_table_5_is_made_as_its_options_say(monkeypatch: pytest.MonkeyPatch, tmp
         return make
 
     monkeypatch.setattr("varishold.paper.table5.table_5", made("table"))
-    monkeypatch.setattr("varishold.paper.table5.finger_length_sweep", made("sweep"))
+    monkeypatch.setattr("varishold.paper.finger_length.finger_length_sweep", made("sweep"))
     monkeypatch.setattr("varishold.paper.table5.as_paper_table", lambda result: result)
     monkeypatch.setattr(
         "varishold.report.finger_length.draw_finger_lengths", lambda rows, path: told.update(drawn=(rows, path))

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from varishold.hand import TABLE_5_OBJECTS
 from varishold.hand.features import Features
-from varishold.paper.table5 import OBJECT_NAMES, Table5, classify, paper_percent
+from varishold.paper.table5 import OBJECT_NAMES, Table5, paper_percent
+from varishold.paper.trials import classify
 
 
 def table(right: int) -> Table5:

@@ -11,9 +11,11 @@ import pytest
 from varishold.errors import InputError
 from varishold.hand import TABLE_5_OBJECTS
 from varishold.hand.features import FEATURE_GROUPS, Features
-from varishold.paper import experiments, paper_table, table5
+from varishold.paper import experiments, paper_table, table5, trials
 from varishold.paper.experiments import _restored_b
-from varishold.paper.table5 import Table5, Trial, finger_length_sweep, paper_percent, table_5
+from varishold.paper.finger_length import finger_length_sweep
+from varishold.paper.table5 import Table5, paper_percent, table_5
+from varishold.paper.trials import Trial
 
 
 def outcome(k: int, n: int, training: bool) -> tuple[bool, int]:
@@ -38,7 +40,7 @@ def known_grasps(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
             held, attempts = outcome(k, n, training)
             yield Trial({group: felt for group in work.groups if group != "surface" or n % 5}, held, attempts)
 
-    monkeypatch.setattr(table5, "run_jobs", run_jobs)
+    monkeypatch.setattr(trials, "run_jobs", run_jobs)
     return calls
 
 
@@ -174,7 +176,7 @@ def test_a_real_grasp_feels_what_its_groups_ask_for() -> None:
     from varishold.hand import HandSetting
     from varishold.hand.collect import Job
 
-    work = table5._Work(HandSetting(), ("contact", "surface"))
+    work = trials._Work(HandSetting(), ("contact", "surface"))
     trial = work(Job("cylinder", 0.07, 5))
     # Without pads nothing is known of surfaces.
     assert list(trial.features) == ["contact"]

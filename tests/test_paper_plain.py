@@ -27,8 +27,10 @@ from varishold.paper import (
 )
 from varishold.paper.beside import PaperTable
 from varishold.paper.experiments import TABLES
-from varishold.paper.table5 import OBJECT_NAMES, PAPER_GRASPS, Table5, classify, finger_length_sweep, paper_percent
+from varishold.paper.finger_length import finger_length_sweep
+from varishold.paper.table5 import OBJECT_NAMES, PAPER_GRASPS, Table5, paper_percent
 from varishold.paper.table5 import table_5 as made_table
+from varishold.paper.trials import classify
 
 __all__ = ["known_grasps"]
 

@@ -51,7 +51,8 @@ def _table_5(
 ) -> None:
     from varishold.cli.printing import print_json
     from varishold.cli.progress import progress_bar
-    from varishold.paper.table5 import as_paper_table, finger_length_sweep, table_5
+    from varishold.paper.finger_length import finger_length_sweep
+    from varishold.paper.table5 import as_paper_table, table_5
 
     with progress_bar("grasps") as update:
 

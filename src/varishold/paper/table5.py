@@ -15,23 +15,19 @@ from numpy.typing import NDArray
 
 from varishold.errors import require
 from varishold.evaluation.figures import mean_figure
-from varishold.hand import TABLE_5_OBJECTS, HandDesign, HandSetting, Job, PadSetting, grasp_object, run_jobs
-from varishold.hand.features import FEATURE_GROUPS, Features, features
+from varishold.hand import TABLE_5_OBJECTS, HandDesign, HandSetting, Job, PadSetting
+from varishold.hand.features import FEATURE_GROUPS
 from varishold.paper.beside import PaperTable
 from varishold.paper.tables import printed_accuracies, scanned_text
+from varishold.paper.trials import Trial, classify, simulate
 from varishold.trust import share_interval
 
 __all__ = [
     "OBJECT_NAMES",
     "PAPER_GRASPS",
-    "FingerLengthSweep",
     "Table5",
-    "Trial",
     "as_paper_table",
-    "classify",
-    "finger_length_sweep",
     "paper_percent",
-    "simulate",
     "table_5",
 ]
 
@@ -55,23 +51,6 @@ _FIRST_SEED = 1_000_000_000
 
 # An object does worse than the paper says where that is at least so unlikely by chance.
 _SIGNIFICANT = 0.05
-
-
-@dataclass(frozen=True)
-class Trial:
-    """One grasp's end: what it felt, in each group of function, and whether the object is in the hand.
-
-    Parameters
-    ----------
-    features : dict of str to Features
-        By key of `FEATURE_GROUPS`.
-    held : bool
-    attempts : int
-    """
-
-    features: dict[str, Features]
-    held: bool
-    attempts: int
 
 
 @dataclass(frozen=True)
@@ -210,75 +189,6 @@ def paper_percent() -> NDArray[np.float64]:
     return np.array([by_name[name] for name in OBJECT_NAMES])
 
 
-@dataclass(frozen=True)
-class _Work:
-    """What a process does with a job: grasp, and describe the end."""
-
-    setting: HandSetting
-    groups: tuple[str, ...]
-
-    def __call__(self, job: Job) -> Trial:
-        done = grasp_object(job.name, job.size_m, seed=job.seed, setting=self.setting)
-        described = {
-            group: features(done.end, group, design=self.setting.design, layout=self.setting.layout)
-            for group in self.groups
-            if done.end.pads is not None or FEATURE_GROUPS[group].sense == "contact"
-        }
-        return Trial(described, done.held, len(done.attempts))
-
-
-def simulate(
-    jobs: Sequence[Job],
-    *,
-    setting: HandSetting,
-    groups: Sequence[str],
-    processes: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
-) -> list[Trial]:
-    """Make all grasps and describe each in the groups; the answers come in the jobs' order."""
-    out = []
-    for trial in run_jobs(jobs, _Work(setting, tuple(groups)), processes=processes):
-        out.append(trial)
-        if progress is not None:
-            progress(len(out), len(jobs))
-    return out
-
-
-def classify(
-    train: Sequence[Features], labels: Sequence[str], test: Sequence[Features], *, mode: str = "auto"
-) -> NDArray[Any]:
-    """Train on some grasps and name others.
-
-    Analog features become thermometer bits at thresholds chosen on the training grasps.
-
-    Parameters
-    ----------
-    train, test : sequence of Features
-    labels : sequence of str
-        The training grasps' objects.
-    mode : {"auto", "paper", "robust", "vote"}
-
-    Returns
-    -------
-    ndarray of shape (n_test,), str
-    """
-    from varishold.grasp import HyperplaneClassifier, ThresholdEncoder
-
-    def switches(rows: Sequence[Features]) -> NDArray[np.float64]:
-        return np.array([list(row.on_off.values()) for row in rows], dtype=np.float64)
-
-    def numbers(rows: Sequence[Features]) -> NDArray[np.float64]:
-        return np.array([list(row.analog.values()) for row in rows], dtype=np.float64)
-
-    trained, tested = [switches(train)], [switches(test)]
-    if train[0].analog:
-        encoder = ThresholdEncoder("supervised").fit(numbers(train), list(labels))
-        trained.append(encoder.transform(numbers(train)).astype(np.float64))
-        tested.append(encoder.transform(numbers(test)).astype(np.float64))
-    classifier = HyperplaneClassifier(mode=mode).fit(np.hstack(trained), list(labels))  # type: ignore[arg-type]
-    return classifier.predict(np.hstack(tested))
-
-
 def table_5(
     *,
     grasps: int = 20,
@@ -406,73 +316,3 @@ def as_paper_table(ours: Table5) -> PaperTable:
         agrees,
         tuple(ours.to_dicts()),
     )
-
-
-@dataclass(frozen=True)
-class FingerLengthSweep:
-    """Right answers against the length of the digits: the paper's closing remark.
-
-    Parameters
-    ----------
-    finger_scales : tuple of float
-    tables : tuple of Table5
-        One a length.
-    """
-
-    finger_scales: tuple[float, ...]
-    tables: tuple[Table5, ...]
-
-    def to_dicts(self) -> Iterator[dict[str, Any]]:
-        """Yield one mapping a length."""
-        for scale, table in zip(self.finger_scales, self.tables, strict=True):
-            yield {
-                "finger_scale": scale,
-                "percent": {g: [float(v) for v in table.percent(g)] for g in table.groups},
-                "mean_percent": {g: table.mean(g)[0] for g in table.groups},
-                "held_percent": float(100 * table.held.sum() / (10 * table.total)),
-                "grasps": 10 * table.total,
-            }
-
-    def __str__(self) -> str:
-        lines = []
-        for scale, table in zip(self.finger_scales, self.tables, strict=True):
-            lines.append(f"digits {scale:g} times the usual length\n{table}")
-        return "\n\n".join(lines)
-
-
-def finger_length_sweep(
-    finger_scales: Sequence[float] = (0.8, 0.9, 1.0, 1.1, 1.2),
-    *,
-    grasps: int = 10,
-    repetitions: int = 2,
-    seed: int = 0,
-    groups: Sequence[str] = ("contact", "contact+coordinates"),
-    mode: str = "auto",
-    processes: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
-) -> FingerLengthSweep:
-    """Repeat Table 5 with digits of several lengths; arguments as in `table_5`.
-
-    The paper closes with: "The result of the experiment may be applied to the recognition of the object by
-    adjusting the finger length in case of limited objects."
-    """
-    tables = []
-    for n, scale in enumerate(finger_scales):
-
-        def report(done: int, wanted: int, n: int = n) -> None:
-            if progress is not None:
-                progress(n * wanted + done, len(finger_scales) * wanted)
-
-        tables.append(
-            table_5(
-                grasps=grasps,
-                repetitions=repetitions,
-                seed=seed,
-                groups=groups,
-                mode=mode,
-                finger_scale=scale,
-                processes=processes,
-                progress=report,
-            )
-        )
-    return FingerLengthSweep(tuple(float(scale) for scale in finger_scales), tuple(tables))
