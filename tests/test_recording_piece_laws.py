@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from varishold.recording import GraspTable, Pad, Recording, read, write
-from varishold.recording import recording as recordings
+from varishold.recording import pad as pad_module
 from varishold.recording.formats import mat73
 from varishold.recording.mcap.image_message import image_layout
 from varishold.recording.mcap.numbers_message import numbers_head, numbers_layout, numbers_message
@@ -122,9 +122,9 @@ def test_a_pad_is_looked_through_in_blocks_of_so_many_bytes(
     monkeypatch: pytest.MonkeyPatch, most: int, at_once: int
 ) -> None:
     """Counted as numbers of eight bytes, whatever they are."""
-    monkeypatch.setattr(recordings, "_BLOCK", most)
+    monkeypatch.setattr(pad_module, "_BLOCK", most)
     frames = np.arange(7 * 12, dtype=np.uint8).reshape(7, 3, 4)
-    blocks = list(recordings._blocks(frames))
+    blocks = list(pad_module._blocks(frames))
     assert [len(block) for _, block in blocks] == [at_once] * (7 // at_once) + ([7 % at_once] if 7 % at_once else [])
     assert [first for first, _ in blocks] == list(range(0, 7, at_once))
     np.testing.assert_array_equal(np.concatenate([block for _, block in blocks]), frames)

@@ -36,8 +36,8 @@ from varishold.recording.mcap.press_notes import COLUMNS, press_notes, presses_o
 from varishold.recording.mcap.readings import Note
 from varishold.recording.mcap.topics import MARKS, PRESSES, ZEROS
 from varishold.recording.messages import message_decoder, read_message
+from varishold.recording.pad import frame_of
 from varishold.recording.press_table import checked_marks, press_table
-from varishold.recording.recording import frame_of
 from varishold.recording.stored import Stored, StoredPad
 
 FRAMES = np.arange(5 * 3 * 4, dtype=np.uint16).reshape(5, 3, 4)

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from varishold.errors import InputError
-from varishold.recording.recording import Pad, Recording
+from varishold.recording.pad import Pad
+from varishold.recording.recording import Recording
 from varishold.report import render_touch_report, write_touch_report
 from varishold.report.touch_report import MOST_CARDS
 from varishold.touch import KINDS, Answer, find_contacts

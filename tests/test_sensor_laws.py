@@ -16,7 +16,7 @@ from scipy.linalg import expm
 from varishold.errors import FormatError, InputError
 from varishold.recording import Pad, Recording
 from varishold.recording.inspection import summarize
-from varishold.recording.recording import far_apart
+from varishold.recording.pad import far_apart
 from varishold.sensor import Logarithmic, Power, Resampling, Sensor, Skin, read_skin, write_sensor
 from varishold.sensor import spread as spreads
 from varishold.sensor.checks import check_sensor

@@ -61,7 +61,7 @@ def read_recording(
     from dataclasses import replace
 
     from varishold.recording import read
-    from varishold.recording.recording import far_apart
+    from varishold.recording.pad import far_apart
     from varishold.sensor.words import sensor_name
 
     if sensor is None:

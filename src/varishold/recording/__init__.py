@@ -47,9 +47,11 @@ if TYPE_CHECKING:
     from varishold.recording.grasp_table import GraspTable
     from varishold.recording.height_map import read_height_map
     from varishold.recording.inspection import Summary, faults_of, summarize
+    from varishold.recording.pad import UNNAMED_PAD, Pad, frame_of
     from varishold.recording.press_table import Mark, PressTable
     from varishold.recording.pressure_unit import pascals_per_unit
-    from varishold.recording.recording import UNNAMED_PAD, Pad, Recording, Signals, frame_of
+    from varishold.recording.recording import Recording
     from varishold.recording.selection import peak_frame, presses, select_frames
+    from varishold.recording.signals import Signals
 else:
     __getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from varishold.errors import InputError, reason_of
 from varishold.files import atomic_write, folder_beside
 from varishold.recording.formats import FORMATS, format_of, read
-from varishold.recording.recording import Pad, Recording
+from varishold.recording.pad import Pad
+from varishold.recording.recording import Recording
 
 __all__ = ["beyond_recording", "convert", "losses"]
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from varishold.frame.doubts import doubts_of
 from varishold.frame.order_statistics import median_of
-from varishold.recording.recording import UNNAMED_PAD, Pad, Recording, far_apart
+from varishold.recording.pad import UNNAMED_PAD, Pad, far_apart
+from varishold.recording.recording import Recording
 from varishold.recording.time_unit import no_seconds
 
 __all__ = ["PadSummary", "Summary", "TimeSummary", "faults_of", "summarize"]

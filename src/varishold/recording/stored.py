@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError, reason_of
 from varishold.files import damage_told
+from varishold.recording.pad import Pad
 from varishold.recording.press_table import Mark
-from varishold.recording.recording import Pad, Recording, Signals
+from varishold.recording.recording import Recording
+from varishold.recording.signals import Signals
 
 __all__ = ["Column", "Stored", "StoredPad", "StoredSignals", "Turned", "stored_of"]
 

@@ -9,7 +9,8 @@ import numpy as np
 from varishold.errors import FormatError, InputError
 from varishold.files import archive_names, open_archive
 from varishold.recording.formats.format import Format, Options, shape_error
-from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
+from varishold.recording.pad import UNNAMED_PAD, Pad
+from varishold.recording.recording import Recording
 
 __all__ = ["FORMAT"]
 

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from varishold.recording.formats.format import Format, Options, read_by
 from varishold.recording.formats.grouped_arrays import FRAMES, GROUPS, MARK, OF_PAD, arrays_in_groups
 from varishold.recording.formats.named_arrays import SIGNALS, arrays_of, stored_in
-from varishold.recording.recording import UNNAMED_PAD, Recording
+from varishold.recording.pad import UNNAMED_PAD
+from varishold.recording.recording import Recording
 from varishold.recording.stored import Stored
 
 if TYPE_CHECKING:

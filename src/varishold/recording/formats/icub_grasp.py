@@ -13,7 +13,9 @@ from varishold.errors import FormatError, InputError
 from varishold.files import head_lines, open_file, text_chunks
 from varishold.recording.formats.format import Format, Options, shape_error
 from varishold.recording.formats.numbers import Rows, as_counts, separator_of
-from varishold.recording.recording import Pad, Recording, Signals
+from varishold.recording.pad import Pad
+from varishold.recording.recording import Recording
+from varishold.recording.signals import Signals
 
 __all__ = ["FORMAT"]
 

@@ -24,7 +24,8 @@ from varishold.recording.formats.named_arrays import NAMED, SIGNALS, SINGLE
 from varishold.recording.formats.parquet import told_columns
 from varishold.recording.formats.parquet_column import GROUP, GROUP_BYTES, rows_together
 from varishold.recording.mcap.notes import note_text
-from varishold.recording.recording import UNNAMED_PAD, Recording
+from varishold.recording.pad import UNNAMED_PAD
+from varishold.recording.recording import Recording
 
 if TYPE_CHECKING:
     import pyarrow

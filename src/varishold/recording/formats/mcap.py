@@ -33,7 +33,9 @@ from varishold.recording.mcap.clock import STAMPS_NS, nanoseconds, seconds
 from varishold.recording.mcap.magic import MAGIC
 from varishold.recording.mcap.press_notes import COLUMNS, column_types, press_notes, presses_of
 from varishold.recording.mcap.topics import MARKS, PRESSES, PadFacts
-from varishold.recording.recording import Pad, Recording, Signals
+from varishold.recording.pad import Pad
+from varishold.recording.recording import Recording
+from varishold.recording.signals import Signals
 from varishold.recording.stored import Stored
 
 if TYPE_CHECKING:

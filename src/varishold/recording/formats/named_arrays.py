@@ -15,8 +15,9 @@ from varishold.files import LARGEST_BYTES
 from varishold.frame import as_pitch
 from varishold.recording.formats.format import Options, shape_error
 from varishold.recording.formats.time_axis import last_axis_words, time_axis_notes
+from varishold.recording.pad import UNNAMED_PAD
 from varishold.recording.press_table import Mark
-from varishold.recording.recording import UNNAMED_PAD, Recording
+from varishold.recording.recording import Recording
 from varishold.recording.stored import Column, Stored, StoredPad, StoredSignals, Turned
 
 __all__ = [

@@ -12,7 +12,7 @@ from varishold.errors import FormatError
 from varishold.files import read_npy
 from varishold.recording.formats.format import Format, Options, read_by, shape_error
 from varishold.recording.formats.time_axis import last_axis_words, time_axis_notes
-from varishold.recording.recording import UNNAMED_PAD
+from varishold.recording.pad import UNNAMED_PAD
 from varishold.recording.stored import Stored, StoredPad
 
 __all__ = ["FORMAT"]

@@ -23,7 +23,8 @@ from varishold.recording.formats.named_arrays import NAMED, SIGNALS, SINGLE, Dat
 from varishold.recording.formats.parquet_column import GROUP_BYTES, ParquetColumn, opened_parquet, rows_together
 from varishold.recording.mcap.notes import note_text
 from varishold.recording.mcap.press_notes import typed_column
-from varishold.recording.recording import UNNAMED_PAD, Recording
+from varishold.recording.pad import UNNAMED_PAD
+from varishold.recording.recording import Recording
 from varishold.recording.stored import Stored
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from varishold.errors import FormatError
 from varishold.recording.formats.format import Format, Options, read_by, shape_error
 from varishold.recording.formats.picture_file import opened_picture, picture
-from varishold.recording.recording import UNNAMED_PAD
+from varishold.recording.pad import UNNAMED_PAD
 from varishold.recording.stored import Column, Stored, StoredPad
 
 __all__ = ["FOLDER", "FORMAT", "Pictures"]

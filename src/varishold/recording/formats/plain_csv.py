@@ -28,7 +28,8 @@ from varishold.recording.formats.format import Format, Options
 from varishold.recording.formats.numbers import NO_NUMBER, Rows, as_number, separator_of
 from varishold.recording.formats.taxel_columns import header_names
 from varishold.recording.grasp_csv import SEPARATOR_SAID
-from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
+from varishold.recording.pad import UNNAMED_PAD, Pad
+from varishold.recording.recording import Recording
 
 __all__ = ["FORMAT", "read_rows"]
 

@@ -21,7 +21,8 @@ from varishold.recording.formats.numbers import as_counts, as_number
 from varishold.recording.formats.taxel_columns import TaxelColumns, header_names, pads_of, taxel_columns
 from varishold.recording.grasp_csv import iter_grasp_table, table_header
 from varishold.recording.grasp_table import GraspTable
-from varishold.recording.recording import Pad, Recording
+from varishold.recording.pad import Pad
+from varishold.recording.recording import Recording
 
 __all__ = ["FORMAT"]
 

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from varishold.errors import FormatError, InputError
 from varishold.files import archive_names, open_archive
 from varishold.recording.formats.format import Format, Options, shape_error
-from varishold.recording.recording import Pad, Recording
+from varishold.recording.pad import Pad
+from varishold.recording.recording import Recording
 
 __all__ = ["FORMAT"]
 

@@ -12,7 +12,8 @@ from varishold.errors import FormatError, InputError
 from varishold.files import encoding_notes, head_lines, text_chunks
 from varishold.recording.formats.format import Format, Options, shape_error
 from varishold.recording.formats.numbers import Rows, Separator
-from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
+from varishold.recording.pad import UNNAMED_PAD, Pad
+from varishold.recording.recording import Recording
 
 __all__ = ["FORMAT"]
 

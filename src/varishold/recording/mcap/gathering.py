@@ -18,7 +18,7 @@ from varishold.recording.mcap.container import Container, opened_mcap
 from varishold.recording.mcap.parts import joined
 from varishold.recording.mcap.readings import Note, Readings, TopicReader
 from varishold.recording.mcap.topics import PAD, PadFacts, facts_of
-from varishold.recording.recording import UNNAMED_PAD
+from varishold.recording.pad import UNNAMED_PAD
 
 __all__ = ["Gathered", "Series", "described_pads", "empty_words", "gather", "gathered", "pad_names"]
 

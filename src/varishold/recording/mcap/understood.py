@@ -12,7 +12,7 @@ from varishold.recording.mcap.container import Channel
 from varishold.recording.mcap.parts import MessageError, Part
 from varishold.recording.mcap.topics import PadFacts
 from varishold.recording.messages import MessagePad, message_decoder, read_message
-from varishold.recording.recording import UNNAMED_PAD
+from varishold.recording.pad import UNNAMED_PAD
 
 __all__ = ["Understood"]
 

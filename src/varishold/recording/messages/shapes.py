@@ -33,7 +33,7 @@ from varishold.recording.messages.tactile import (
     xela_pads,
     xela_words_pads,
 )
-from varishold.recording.recording import UNNAMED_PAD
+from varishold.recording.pad import UNNAMED_PAD
 
 __all__ = ["MESSAGES", "MessageShape", "read_message", "readable_name"]
 
