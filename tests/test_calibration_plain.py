@@ -15,8 +15,9 @@ from tests.test_calibration import recorded as pressed_recording
 from tests.test_calibration_laws import PAD, PLACES, presses_at
 
 from varishold.calibration import Calibration, calibrate_objects, known_object
+from varishold.calibration.explanation import FAMILIES, Observations
 from varishold.calibration.imprint import OBJECTS, KnownObject, _plate_turn
-from varishold.calibration.objects import _FAMILIES, _curve, _left, _Observations, _observed
+from varishold.calibration.objects import _curve, _left, _observed
 from varishold.calibration.press_fit import Fit, Observed, _normal
 from varishold.calibration.unlabelled import _beside, _inside, _roughness, _scatter, _stencils
 from varishold.errors import InputError
@@ -210,8 +211,8 @@ def test_a_curve_is_of_medians_in_bins_of_stress(response: Linear | Power | Loga
 
 def test_a_sensor_is_made_of_its_constants_within_their_limits() -> None:
     base = Sensor(span=9.0, full_scale=2.0, name="kept")
-    given_ = _Observations(base, [], PAD, np.ones(PAD.shape, np.bool_))
-    linear, power, logarithmic = _FAMILIES
+    given_ = Observations(base, [], PAD, np.ones(PAD.shape, np.bool_))
+    linear, power, logarithmic = FAMILIES
     made = given_.sensor(linear, np.array([0.3, 0.2, 1.44]))
     assert (made.dead_band, made.blur_taxels, made.response, made.name) == (0.2, pytest.approx(1.2), Linear(), "kept")
     made = given_.sensor(power, np.array([0, 0.9, 20.0, np.log(0.5)]))
@@ -221,7 +222,7 @@ def test_a_sensor_is_made_of_its_constants_within_their_limits() -> None:
     assert ends.response.entries() == pytest.approx({"a": 7.0})
     ends = given_.sensor(linear, np.array([0, -0.1, -1.0]))
     assert (ends.dead_band, ends.blur_taxels) == (0.0, 0.0)
-    for family in _FAMILIES[1:]:
+    for family in FAMILIES[1:]:
         assert family.low[0] < family.start[0] < family.high[0]
 
 

@@ -3,19 +3,29 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.calibration.gains_behind import GAIN_READINGS, gains_behind, known_readings
+from varishold.calibration.explanation import (
+    BLUR,
+    DEAD,
+    WELL,
+    Explanation,
+    Observations,
+    best_fit,
+    errors_of,
+    likeliest_family,
+)
+from varishold.calibration.gains_behind import GAIN_READINGS, known_readings
 from varishold.calibration.imprint import KnownObject, Points, Print
-from varishold.calibration.press_fit import Fit, Observed, fit_presses
+from varishold.calibration.press_fit import Fit, Observed
 from varishold.calibration.readings import Presses, presses_of
 from varishold.calibration.result import Calibration, Curve, Finding
 from varishold.errors import InputError
 from varishold.recording import Recording
-from varishold.sensor import Linear, Logarithmic, Power, Response, Sensor
+from varishold.sensor import Linear, Sensor
 
 __all__ = ["FEWEST_OF_EACH", "calibrate_objects"]
 
@@ -28,105 +38,16 @@ FEWEST_OF_EACH = 5
 _LEAST_SIGMA = 0.01
 # Presses that are left unexplained by more than this share of their peak (root mean square inside) are not of it.
 _MOST_LEFT = 0.15
-# A response of one constant more must explain presses that it was not fitted to so much better.
-_WORTH = 0.95
-# What is smaller than so many standard errors is none.
-_SURE = 2.0
-# A dead band must explain presses by so much better than none, none leave more than so many sigma (a press that is as
-# much less deep looks the same), and it no more than that: it may make up for an object of another form.
-_DEAD_WORTH, _WELL = 0.9, 1.5
 # A known object is at least as large as the spacing of taxels, and at most so many times as the pad.
 _LARGEST = 50.0
 # Above this share of a frame's peak a taxel is taken for pressed in the first guess.
 _PRESSED = 0.1
 # A press of something smaller than the pad leaves more of its taxels alone than this share leaves.
 _COVERED = 0.98
-# Constants beside the response's: logarithm of full scale beside depth, dead band, blur squared.
-_SCALE, _DEAD, _BLUR = 0, 1, 2
-# How large a dead band may be, and what is none to a fit that wants room.
-_MOST_DEAD, _NO_DEAD = 0.8, 1e-9
 # A taxel is beside what it should read where presses reach this share of their peak, so many of them at least.
 _COMPARED, _FEWEST_COMPARED = 0.3, 2
 # Points of the response that are shown, and readings that one needs.
 _CURVE_BINS, _FEWEST_IN_BIN = 24, 5
-
-
-@dataclasses.dataclass(frozen=True)
-class _Family:
-    """A response to be tried: how it is made of its constant, where the constant's logarithm begins and must stay."""
-
-    name: str
-    made: Callable[..., Response]
-    start: tuple[float, ...] = ()
-    low: tuple[float, ...] = ()
-    high: tuple[float, ...] = ()
-    says: str = ""
-
-    def response(self, constants: Floats) -> Response:
-        return self.made(*np.exp(constants).tolist())
-
-
-_FAMILIES = (
-    _Family("linear", Linear),
-    _Family("power", Power, (0.0,), (np.log(0.2),), (np.log(5.0),), "of the power response y = x^exponent"),
-    _Family(
-        "logarithmic",
-        Logarithmic,
-        (1.0,),
-        (np.log(0.02),),
-        (np.log(500.0),),
-        "of the logarithmic response y = log(1 + a x) / log(1 + a)",
-    ),
-)
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class _Observations:
-    """Presses to be explained, the pad that they were made on, and its sensor without what is to be found."""
-
-    base: Sensor
-    observed: Sequence[Observed]
-    points: Points
-    usable: NDArray[np.bool_]
-    gain_readings: Floats | None = None
-
-    def sensor(self, family: _Family, constants: Floats) -> Sensor:
-        """Return the sensor of these constants; gains that were found without a response are put behind it."""
-        response, gains = family.response(constants[3:]), self.base.gains
-        if gains is not None and self.gain_readings is not None:
-            gains = gains_behind(response, self.base.span, gains, self.gain_readings)
-        return dataclasses.replace(
-            self.base,
-            dead_band=float(np.clip(constants[_DEAD], 0.0, 0.85)),
-            blur_taxels=float(np.sqrt(np.clip(constants[_BLUR], 0.0, 16.0))),
-            response=response,
-            gains=gains,
-        )
-
-    def half(self, k: int) -> _Observations:
-        """Every second press, from the first (0) or the second (1) on."""
-        return dataclasses.replace(self, observed=self.observed[k::2])
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class _Explanation:
-    """What explains presses best: a response, its fit, how sure its constants are, and whether there is a dead band."""
-
-    family: _Family
-    fit: Fit
-    error: Floats
-    dead: bool
-
-    @property
-    def constants(self) -> Floats:
-        """The fit's constants, 0 where they are none."""
-        constants = self.fit.constants.copy()
-        for index in (_DEAD, _BLUR):
-            if constants[index] < _SURE * self.error[index]:
-                constants[index] = 0.0
-        if not self.dead:
-            constants[_DEAD] = 0.0
-        return constants
 
 
 def calibrate_objects(
@@ -185,15 +106,11 @@ def calibrate_objects(
         known.upright(), span=span, full_scale=span, response=Linear(), dead_band=0.0, crosstalk=0.0, saturation=None
     )
     observed = [_observed(found, k, each[int(found.recording[k])], points) for k in range(found.n)]
-    given = _Observations(base, observed, points, found.usable, known_readings(known))
-    families = _FAMILIES if any(one.object.curved for one in observed) else _FAMILIES[:1]
-    tried = {family.name: _held_out(family, given) for family in families}
-    likeliest = min(families, key=lambda family: tried[family.name])
-    worth = tried[likeliest.name] < _WORTH * tried[families[0].name]
-    best = likeliest if worth else families[0]
-    fit, dead = _best_fit(best, given)
+    given = Observations(base, observed, points, found.usable, known_readings(known))
+    best, tried = likeliest_family(given)
+    fit, dead = best_fit(best, given)
     _check_explained(fit, observed, found)
-    explanation = _Explanation(best, fit, _errors(best, given, fit, dead=dead), dead)
+    explanation = Explanation(best, fit, errors_of(best, given, fit, dead=dead), dead)
     return _outcome(known, found, given, explanation, tried)
 
 
@@ -232,72 +149,6 @@ def _check_edges(things: Sequence[KnownObject], found: Presses, pitch_m: tuple[f
             )
 
 
-def _fitted(
-    family: _Family,
-    given: _Observations,
-    *,
-    places: Sequence[Floats] | None = None,
-    free: bool = True,
-    constants: Floats | None = None,
-    dead: bool = True,
-) -> Fit:
-    base, observed, points = given.base, given.observed, given.points
-
-    def forward(faces: Floats, at: Floats) -> Floats:
-        return given.sensor(family, at).forward(faces * (np.exp(at[_SCALE]) * base.full_scale))
-
-    if constants is None:
-        telling = [one for one in observed if one.object.curved] or observed
-        deepest = max(float(one.object.stress(one.start, points).max()) for one in telling)
-        constants = np.array([-np.log(deepest), 0.02, 0.1, *family.start])
-    high = np.array([30.0, _MOST_DEAD if dead else _NO_DEAD, 9.0, *family.high])
-    return fit_presses(
-        forward,
-        np.minimum(constants, high),
-        observed,
-        points,
-        given.usable,
-        low=np.array([-30.0, 0.0, 0.0, *family.low]),
-        high=high,
-        places=places,
-        free=free,
-    )
-
-
-def _held_out(family: _Family, given: _Observations) -> float:
-    """Return how badly a family explains presses that it was not fitted to, in their sigmas."""
-    cost = []
-    for k in (0, 1):
-        fit = _fitted(family, given.half(k))
-        other = _fitted(family, given.half(1 - k), constants=fit.constants, free=False)
-        cost.append(np.median(other.cost))
-    return float(np.sqrt(np.mean(cost)))
-
-
-def _best_fit(family: _Family, given: _Observations) -> tuple[Fit, bool]:
-    """Return the fit with a dead band where that explains presses better, else without; and which one it is."""
-    fit, plain = _fitted(family, given), _fitted(family, given, dead=False)
-    dead = _typical(fit) < min(_DEAD_WORTH * _typical(plain), _WELL) and _typical(plain) > _WELL
-    return (fit, True) if dead else (plain, False)
-
-
-def _errors(family: _Family, given: _Observations, fit: Fit, *, dead: bool) -> Floats:
-    """Return the standard errors of the constants: as halves of the presses repeat them, at least as the fit says.
-
-    Where presses are not explained, what all have alike is no noise that becomes less with their number.
-    """
-    first, second = (
-        _fitted(family, given.half(k), places=fit.places[k::2], constants=fit.constants, dead=dead) for k in (0, 1)
-    )
-    alike = np.sqrt(len(fit.places)) if _typical(fit) > _WELL else 1.0
-    return alike * np.maximum(np.abs(first.constants - second.constants) / 2, fit.error)
-
-
-def _typical(fit: Fit) -> float:
-    """Return what a fit leaves of a usual press, in its sigmas."""
-    return float(np.sqrt(np.median(fit.cost)))
-
-
 def _observed(found: Presses, k: int, thing: KnownObject, points: Points) -> Observed:
     """Return a press with a first guess of where and how deep it is."""
     frame = np.where(found.usable, found.frames[k], 0.0)
@@ -332,7 +183,7 @@ def _check_explained(fit: Fit, observed: Sequence[Observed], found: Presses) -> 
 
 
 def _outcome(
-    known: Sensor, found: Presses, given: _Observations, explanation: _Explanation, tried: Mapping[str, float]
+    known: Sensor, found: Presses, given: Observations, explanation: Explanation, tried: Mapping[str, float]
 ) -> Calibration:
     fit, observed = explanation.fit, given.observed
     measured = given.sensor(explanation.family, explanation.constants)
@@ -358,7 +209,7 @@ def _outcome(
         presses=found.n,
         findings=tuple(_findings(explanation)),
         unknown=tuple(_unknown(explanation, curved=len(tried) > 1)),
-        notes=(*found.notes, *_notes(explanation, tried), *_gain_notes(known, given, explanation.family)),
+        notes=(*found.notes, *_notes(explanation, tried), *_gain_notes(known, given, explanation)),
         before=frames.max(axis=0) / frames.max(),
         after=_after(frames, fit.predicted),
         error=np.full(found.usable.shape, np.nan),
@@ -366,12 +217,12 @@ def _outcome(
         curve=_curve(measured, fit, observed),
     )
     record = outcome.record()
-    if explanation.family is _FAMILIES[0] and given.gain_readings is not None:
+    if not explanation.bends and given.gain_readings is not None:
         record[GAIN_READINGS] = given.gain_readings.tolist()
     return dataclasses.replace(outcome, sensor=dataclasses.replace(made, calibration=record))
 
 
-def _findings(explanation: _Explanation) -> list[Finding]:
+def _findings(explanation: Explanation) -> list[Finding]:
     family, constants, error = explanation.family, explanation.constants, explanation.error
     findings = [
         Finding(key, float(value), float(value * error[3]), family.says)
@@ -380,10 +231,10 @@ def _findings(explanation: _Explanation) -> list[Finding]:
     if explanation.dead:
         findings.append(
             Finding(
-                "dead_band", float(constants[_DEAD]), float(error[_DEAD]), "share of full scale that is not felt", True
+                "dead_band", float(constants[DEAD]), float(error[DEAD]), "share of full scale that is not felt", True
             )
         )
-    blur, spread = float(np.sqrt(constants[_BLUR])), float(error[_BLUR])
+    blur, spread = float(np.sqrt(constants[BLUR])), float(error[BLUR])
     findings.append(
         Finding(
             "blur_taxels",
@@ -395,7 +246,7 @@ def _findings(explanation: _Explanation) -> list[Finding]:
     return findings
 
 
-def _unknown(explanation: _Explanation, *, curved: bool) -> list[str]:
+def _unknown(explanation: Explanation, *, curved: bool) -> list[str]:
     unknown = []
     if not curved:
         unknown.append("the response: a flat face presses everywhere alike; press a ball or a roller too")
@@ -408,26 +259,25 @@ def _unknown(explanation: _Explanation, *, curved: bool) -> list[str]:
     ]
 
 
-def _notes(explanation: _Explanation, tried: Mapping[str, float]) -> list[str]:
+def _notes(explanation: Explanation, tried: Mapping[str, float]) -> list[str]:
     notes = []
     if len(tried) > 1:
-        if explanation.family is _FAMILIES[0]:
+        if not explanation.bends:
             notes.append("the response is linear, as far as these presses tell")
         others = ", ".join(f"{name} {cost:.2f}" for name, cost in tried.items())
         notes.append(f"presses left out of the fit are explained to so many sigmas: {others}")
-    typical = _typical(explanation.fit)
-    if typical > _WELL:
+    if explanation.typical > WELL:
         notes.append(
-            f"the fit leaves {typical:.2g} times what noise and a hundredth of the peak would: these presses are not "
-            "quite of such objects on springs (is each of the form and size that was said?), and what was found may be "
-            "off by more than it says"
+            f"the fit leaves {explanation.typical:.2g} times what noise and a hundredth of the peak would: these "
+            "presses are not quite of such objects on springs (is each of the form and size that was said?), and what "
+            "was found may be off by more than it says"
         )
     return notes
 
 
-def _gain_notes(known: Sensor, given: _Observations, family: _Family) -> list[str]:
+def _gain_notes(known: Sensor, given: Observations, explanation: Explanation) -> list[str]:
     """Say what this response makes of gains that were there before it."""
-    if known.gains is None or family is _FAMILIES[0] or not isinstance(known.response, Linear):
+    if known.gains is None or not explanation.bends or not isinstance(known.response, Linear):
         return []
     if given.gain_readings is not None:
         return ["the gains were found from an even pressure without this response, and are now those behind it"]

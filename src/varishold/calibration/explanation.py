@@ -1,0 +1,208 @@
+"""Which response explains presses of known objects best, by presses that it was not fitted to."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.calibration.gains_behind import gains_behind
+from varishold.calibration.imprint import Points
+from varishold.calibration.press_fit import Fit, Observed, fit_presses
+from varishold.sensor import Linear, Logarithmic, Power, Response, Sensor
+
+__all__ = [
+    "BLUR",
+    "DEAD",
+    "FAMILIES",
+    "WELL",
+    "Explanation",
+    "Family",
+    "Observations",
+    "best_fit",
+    "errors_of",
+    "likeliest_family",
+]
+
+Floats = NDArray[np.float64]
+
+# A response of one constant more must explain presses that it was not fitted to so much better.
+_WORTH = 0.95
+# What is smaller than so many standard errors is none.
+_SURE = 2.0
+#: A usual press is explained well where no more sigmas are left of it.
+WELL = 1.5
+# A dead band must explain presses by so much better than none, and well, where none does not (a press that is as much
+# less deep looks the same): it may make up for an object of another form.
+_DEAD_WORTH = 0.9
+# The first constant of a fit, before those of the response: logarithm of full scale beside depth.
+_SCALE = 0
+#: The second and the third: dead band, blur squared.
+DEAD, BLUR = 1, 2
+# How large a dead band may be, and what is none to a fit that wants room.
+_MOST_DEAD, _NO_DEAD = 0.8, 1e-9
+
+
+@dataclasses.dataclass(frozen=True)
+class Family:
+    """A response to be tried: how it is made of its constant, where the constant's logarithm begins and must stay."""
+
+    name: str
+    made: Callable[..., Response]
+    start: tuple[float, ...] = ()
+    low: tuple[float, ...] = ()
+    high: tuple[float, ...] = ()
+    says: str = ""
+
+    def response(self, constants: Floats) -> Response:
+        return self.made(*np.exp(constants).tolist())
+
+
+FAMILIES = (
+    Family("linear", Linear),
+    Family("power", Power, (0.0,), (np.log(0.2),), (np.log(5.0),), "of the power response y = x^exponent"),
+    Family(
+        "logarithmic",
+        Logarithmic,
+        (1.0,),
+        (np.log(0.02),),
+        (np.log(500.0),),
+        "of the logarithmic response y = log(1 + a x) / log(1 + a)",
+    ),
+)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Observations:
+    """Presses to be explained, the pad that they were made on, and its sensor without what is to be found."""
+
+    base: Sensor
+    observed: Sequence[Observed]
+    points: Points
+    usable: NDArray[np.bool_]
+    gain_readings: Floats | None = None
+
+    def sensor(self, family: Family, constants: Floats) -> Sensor:
+        """Return the sensor of these constants; gains that were found without a response are put behind it."""
+        response, gains = family.response(constants[3:]), self.base.gains
+        if gains is not None and self.gain_readings is not None:
+            gains = gains_behind(response, self.base.span, gains, self.gain_readings)
+        return dataclasses.replace(
+            self.base,
+            dead_band=float(np.clip(constants[DEAD], 0.0, 0.85)),
+            blur_taxels=float(np.sqrt(np.clip(constants[BLUR], 0.0, 16.0))),
+            response=response,
+            gains=gains,
+        )
+
+    def half(self, k: int) -> Observations:
+        """Every second press, from the first (0) or the second (1) on."""
+        return dataclasses.replace(self, observed=self.observed[k::2])
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Explanation:
+    """What explains presses best: a response, its fit, how sure its constants are, and whether there is a dead band."""
+
+    family: Family
+    fit: Fit
+    error: Floats
+    dead: bool
+
+    @property
+    def constants(self) -> Floats:
+        """The fit's constants, 0 where they are none."""
+        constants = self.fit.constants.copy()
+        for index in (DEAD, BLUR):
+            if constants[index] < _SURE * self.error[index]:
+                constants[index] = 0.0
+        if not self.dead:
+            constants[DEAD] = 0.0
+        return constants
+
+    @property
+    def bends(self) -> bool:
+        """Whether the response is other than linear."""
+        return self.family is not FAMILIES[0]
+
+    @property
+    def typical(self) -> float:
+        """What is left of a usual press, in its sigmas."""
+        return _typical(self.fit)
+
+
+def likeliest_family(given: Observations) -> tuple[Family, dict[str, float]]:
+    """Return the response that is worth its constants, and how badly each explains presses it was not fitted to."""
+    families = FAMILIES if any(one.object.curved for one in given.observed) else FAMILIES[:1]
+    tried = {family.name: _held_out(family, given) for family in families}
+    likeliest = min(families, key=lambda family: tried[family.name])
+    worth = tried[likeliest.name] < _WORTH * tried[families[0].name]
+    return likeliest if worth else families[0], tried
+
+
+def _fitted(
+    family: Family,
+    given: Observations,
+    *,
+    places: Sequence[Floats] | None = None,
+    free: bool = True,
+    constants: Floats | None = None,
+    dead: bool = True,
+) -> Fit:
+    base, observed, points = given.base, given.observed, given.points
+
+    def forward(faces: Floats, at: Floats) -> Floats:
+        return given.sensor(family, at).forward(faces * (np.exp(at[_SCALE]) * base.full_scale))
+
+    if constants is None:
+        telling = [one for one in observed if one.object.curved] or observed
+        deepest = max(float(one.object.stress(one.start, points).max()) for one in telling)
+        constants = np.array([-np.log(deepest), 0.02, 0.1, *family.start])
+    high = np.array([30.0, _MOST_DEAD if dead else _NO_DEAD, 9.0, *family.high])
+    return fit_presses(
+        forward,
+        np.minimum(constants, high),
+        observed,
+        points,
+        given.usable,
+        low=np.array([-30.0, 0.0, 0.0, *family.low]),
+        high=high,
+        places=places,
+        free=free,
+    )
+
+
+def _held_out(family: Family, given: Observations) -> float:
+    """Return how badly a family explains presses that it was not fitted to, in their sigmas."""
+    cost = []
+    for k in (0, 1):
+        fit = _fitted(family, given.half(k))
+        other = _fitted(family, given.half(1 - k), constants=fit.constants, free=False)
+        cost.append(np.median(other.cost))
+    return float(np.sqrt(np.mean(cost)))
+
+
+def best_fit(family: Family, given: Observations) -> tuple[Fit, bool]:
+    """Return the fit with a dead band where that explains presses better, else without; and which one it is."""
+    fit, plain = _fitted(family, given), _fitted(family, given, dead=False)
+    dead = _typical(fit) < min(_DEAD_WORTH * _typical(plain), WELL) and _typical(plain) > WELL
+    return (fit, True) if dead else (plain, False)
+
+
+def errors_of(family: Family, given: Observations, fit: Fit, *, dead: bool) -> Floats:
+    """Return the standard errors of the constants: as halves of the presses repeat them, at least as the fit says.
+
+    Where presses are not explained, what all have alike is no noise that becomes less with their number.
+    """
+    first, second = (
+        _fitted(family, given.half(k), places=fit.places[k::2], constants=fit.constants, dead=dead) for k in (0, 1)
+    )
+    alike = np.sqrt(len(fit.places)) if _typical(fit) > WELL else 1.0
+    return alike * np.maximum(np.abs(first.constants - second.constants) / 2, fit.error)
+
+
+def _typical(fit: Fit) -> float:
+    """Return what a fit leaves of a usual press, in its sigmas."""
+    return float(np.sqrt(np.median(fit.cost)))
