@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -18,6 +18,7 @@ from varishold.files import read_toml
 from varishold.hand.layouts import Layout, Switch
 from varishold.hand.mjcf.body import listed
 from varishold.hand.mjcf.hand import MjcfHand
+from varishold.hand.mjcf.likely import check_likely
 from varishold.hand.mjcf.measured import Measured
 from varishold.hand.mjcf.pieces import MjcfDigit, MjcfPad
 from varishold.hand.mjcf.said import Table, tables
@@ -37,6 +38,8 @@ _FAR = 1e4
 _ROUNDED = 1e-3
 # A joint closes with so much where neither file says it (N m, N), and joints farther out with this part of the first.
 _TORQUE_NM, _FORCE_N, _OUTWARD = 0.55, 15.0, (1.0, 0.6, 0.44)
+# With what an opposed digit holds against all fingers, as a part of their torques together.
+_AGAINST = 0.65
 
 
 def read_hand(name: str | os.PathLike[str]) -> MjcfHand:
@@ -92,7 +95,7 @@ def read_hand(name: str | os.PathLike[str]) -> MjcfHand:
     driven = {name: [d.name for d in made if name in d.actuators] for name in actuators}
     if supporter is not None and any({pointer, supporter} <= set(names) for names in driven.values()):
         supporter = None
-    pinch, whole = measured.gains(made, pointer)
+    pinch, whole = _gains(made, pointer)
     hand = MjcfHand(
         called,
         f"{called}@{digest.hexdigest()[:12]}",
@@ -115,7 +118,8 @@ def read_hand(name: str | os.PathLike[str]) -> MjcfHand:
         torsion_m=grip.number("torsion_m", 0.006, 1e-5, 0.1),
         palm_above_middle_m=grip.number("palm_above_middle_m", 0.005, -0.1, 0.1),
     )
-    return _reached(grip, measured.check(hand))
+    check_likely(hand)
+    return _reached(grip, hand)
 
 
 def hand_files(name: str | os.PathLike[str], *, library: bool = True) -> tuple[Path, ...]:
@@ -245,6 +249,23 @@ def _check_digits(path: Path, digits: list[MjcfDigit]) -> None:
         )
     if all(digit.opposed for digit in digits):
         raise InputError(f"{path}: every digit is opposed; leave opposed out for those that the others close toward")
+
+
+def _gains(digits: Sequence[MjcfDigit], pointer: str) -> tuple[float, float]:
+    """Gains of opposed digits that hold against the pointer, and against all fingers."""
+    strength = {
+        digit.name: max(
+            each if not digit.actuators and a != b else 0.0
+            for each, a, b in zip(digit.torque, digit.open, digit.closed, strict=True)
+        )
+        for digit in digits
+    }
+    fingers, thumbs = (
+        sum(strength[digit.name] for digit in digits if digit.opposed == opposed) for opposed in (False, True)
+    )
+    if not strength[pointer] or not thumbs:
+        return 1.0, 1.0
+    return strength[pointer] / thumbs, max(strength[pointer], _AGAINST * fingers) / thumbs
 
 
 def _pointers(grip: Table, digits: list[MjcfDigit]) -> tuple[str, str | None]:

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.hand.mjcf.body import PREFIX, colliding, compiled, listed, prepared
-from varishold.hand.mjcf.hand import MjcfHand, open_angles
+from varishold.hand.mjcf.hand import open_angles
+from varishold.hand.mjcf.likely import LARGEST_M
+from varishold.hand.mjcf.part_geoms import geoms_by_part, welded
 from varishold.hand.mjcf.pieces import MjcfDigit, MjcfPalm, MjcfPart
 from varishold.hand.mjcf.said import Table
 from varishold.hand.mjcf.shapes import Capsule, Piece, bounding_capsule, pieces_of
@@ -29,12 +31,6 @@ _ASIDE = 0.25
 
 # A closing digit is moved by this part of the way from open to closed, to see which way its parts go.
 _STEP = 1e-3
-
-# No hand is larger or smaller. Metres.
-_LARGEST_M, _SMALLEST_M = 1.0, 0.02
-
-# With what an opposed digit holds against all fingers, as a part of their torques together.
-_AGAINST = 0.65
 
 
 class Measured:
@@ -113,16 +109,7 @@ class Measured:
 
     def _below_palm(self) -> list[str]:
         """The palm's body and those that are welded to it."""
-        return [self._palm, *self._welded(self._palm, set())]
-
-    def _welded(self, body: str, stop: set[str], *, moving: bool = False) -> list[str]:
-        """Bodies below one that move with it, none of `stop` and what is below it; or that move too."""
-        out: list[str] = []
-        for child in self._spec.body(body).bodies:
-            if child.name in stop or (len(child.joints) and not moving):
-                continue
-            out += [child.name, *self._welded(child.name, stop, moving=moving)]
-        return out
+        return [self._palm, *welded(self._spec, self._palm)]
 
     def _geoms_of(self, bodies: Sequence[str]) -> list[int]:
         return [
@@ -159,7 +146,7 @@ class Measured:
     def joint_range(self, joint: str) -> tuple[float, float]:
         """Where a joint may be: its own range, or what no hand exceeds. Radians, or metres of one that slides."""
         if not self.model.jnt_limited[self._joint(joint).id]:
-            most = _LARGEST_M if self.slides(joint) else 2 * np.pi
+            most = LARGEST_M if self.slides(joint) else 2 * np.pi
             return -most, most
         low, high = self._joint(joint).range
         return float(low), float(high)
@@ -214,7 +201,7 @@ class Measured:
 
     def _middle(self, body: str) -> Floats:
         """Middle of what a body and those welded to it collide with, in the palm's frame."""
-        pieces = self._pieces(self._geoms_of([body, *self._welded(body, set())]))
+        pieces = self._pieces(self._geoms_of([body, *welded(self._spec, body)]))
         if not pieces:
             return self._in_palm(self.data.body(PREFIX + body).xpos)
         points = np.vstack([piece.points_m for piece in pieces])
@@ -222,7 +209,7 @@ class Measured:
 
     def parts(self, digits: list[MjcfDigit], said: Mapping[str, Table]) -> tuple[list[MjcfPart], list[MjcfDigit]]:
         """Return the parts of all digits, and the digits with their parts' names and their height."""
-        named = [self._geoms_by_part(digit, said[digit.name]) for digit in digits]
+        named = [geoms_by_part(self._spec, digit, said[digit.name]) for digit in digits]
         taken: dict[str, str] = {}
         limbs, made = [], []
         angles = open_angles(tuple(digits))
@@ -251,58 +238,6 @@ class Measured:
     def _start(self, part: MjcfPart) -> Floats:
         body = self.data.body(PREFIX + part.body)
         return self._in_palm(body.xpos + body.xmat.reshape(3, 3) @ part.capsule.start_m)
-
-    def _geoms_by_part(self, digit: MjcfDigit, table: Table) -> dict[str, tuple[str, tuple[str, ...]]]:
-        """Body and geoms of each part by its full name."""
-        said = table.content.get("parts")
-        if said is None:
-            moved = list(dict.fromkeys(self._spec.joint(joint).parent.name for joint in digit.joints))
-            every = {body: body for body in moved}
-        elif isinstance(said, dict) and said:
-            every = said
-        else:
-            raise table.wrong("parts", 'must name bodies, as in { proximal = "body_1", distal = "body_2" }')
-        bodies = {value for value in every.values() if isinstance(value, str)}
-        out: dict[str, tuple[str, tuple[str, ...]]] = {}
-        for name, value in every.items():
-            if isinstance(value, str):
-                body, geoms = value, self._colliding_below(value, bodies, table, moving=said is not None)
-            elif isinstance(value, list) and value and all(isinstance(each, str) for each in value):
-                body, geoms = self._body_of(value, table), tuple(value)
-            else:
-                raise table.wrong("parts", f"{name!r} must be a body's name or a list of geoms' names")
-            if not geoms:
-                if said is None:
-                    continue
-                raise table.wrong(
-                    "parts", f"{name!r} has no geom that touches anything (contype and conaffinity are 0)"
-                )
-            part = name if name.startswith(f"{digit.name}.") else f"{digit.name}.{name}"
-            if part in out:
-                raise table.wrong("parts", f"names {part!r} twice, with its digit's name before it and without")
-            out[part] = (body, geoms)
-        if not out:
-            raise InputError(
-                f"{table.where}: nothing that its joints move touches anything (contype and conaffinity are 0); "
-                "name its parts, or give the bodies geoms that collide"
-            )
-        return out
-
-    def _colliding_below(self, body: str, stop: set[str], table: Table, *, moving: bool) -> tuple[str, ...]:
-        """Geoms of a body and of those that `_welded` finds below it."""
-        if self._spec.body(body) is None or body == "world":
-            names = [each.name for each in self._spec.bodies if each.name != "world"]
-            raise table.wrong("parts", f"names {body!r}, and the MJCF has no such body; it has {listed(names)}")
-        own = [body, *self._welded(body, stop, moving=moving)]
-        return tuple(geom.name for each in own for geom in self._spec.body(each).geoms if colliding(geom))
-
-    def _body_of(self, geoms: Sequence[str], table: Table) -> str:
-        """Name of the body that the first of some geoms is of; all must be there."""
-        missing = next((each for each in geoms if self._spec.geom(each) is None), None)
-        if missing is not None:
-            names = [each.name for each in self._spec.geoms]
-            raise table.wrong("parts", f"names {missing!r}, and the MJCF has no such geom; it has {listed(names)}")
-        return str(self._spec.geom(geoms[0]).parent.name)
 
     def _capsule(
         self,
@@ -351,58 +286,11 @@ class Measured:
         y, z = ((low + high) / 2)[1:].tolist()
         return float(height), float(breadth), (float(y), float(z))
 
-    def gains(self, digits: Sequence[MjcfDigit], pointer: str) -> tuple[float, float]:
-        """Gains of opposed digits that hold against the pointer, and against all fingers."""
-        strength = {
-            digit.name: max(
-                each if not digit.actuators and a != b else 0.0
-                for each, a, b in zip(digit.torque, digit.open, digit.closed, strict=True)
-            )
-            for digit in digits
-        }
-        fingers, thumbs = (
-            sum(strength[digit.name] for digit in digits if digit.opposed == opposed) for opposed in (False, True)
-        )
-        if not strength[pointer] or not thumbs:
-            return 1.0, 1.0
-        return strength[pointer] / thumbs, max(strength[pointer], _AGAINST * fingers) / thumbs
-
     def moving(self, first: Sequence[str]) -> tuple[str, ...]:
         """All joints beyond the palm: these first."""
         one_angle = (self._hinge, self._slide)
         rest = [name for name in self._joints if name not in first and self._kind(name) in one_angle]
         return (*first, *rest)
-
-    def check(self, hand: MjcfHand) -> MjcfHand:
-        """Refuse a hand of no hand's size, or whose fingers stand where opposed digits should."""
-        place = hand.phalanges(hand.opened())
-        ends = np.concatenate([place.start_m, place.start_m + place.length_m[:, None] * place.along])
-        far = float(np.abs(ends).max() + place.radius_m.max())
-        across = float(np.ptp(np.vstack([ends, np.zeros((1, 3))]), axis=0).max() + 2 * place.radius_m.max())
-        if max(far, across) > _LARGEST_M:
-            raise InputError(
-                f"{self._source.path}: the hand is {max(far, across):.3g} m large, and none is larger than "
-                f"{_LARGEST_M:g} m; an MJCF's lengths are metres: are these millimetres?"
-            )
-        if across < _SMALLEST_M:
-            raise InputError(
-                f"{self._source.path}: the hand is {1e3 * across:.3g} mm large, and none is smaller than "
-                f"{1e3 * _SMALLEST_M:g} mm; an MJCF's lengths are metres: was it scaled twice?"
-            )
-        y = place.middle_m[:, 1]
-        last = np.array([part in {digit.parts[-1] for digit in hand.all_digits} for part in place.parts])
-        gap = float(y[last & ~place.opposed].min() - y[last & place.opposed].max())
-        if gap <= 0:
-            swapped = float(y[last & place.opposed].min() - y[last & ~place.opposed].max()) > 0
-            raise InputError(
-                f"{self._source.path}: the open hand leaves no room between fingers and opposed digits; "
-                + (
-                    "turn up of [palm] round, or mark the other digits as opposed"
-                    if swapped
-                    else "see out, up and open"
-                )
-            )
-        return hand
 
 
 def _axes(out: tuple[float, ...], up: tuple[float, ...], table: Table) -> Floats:
