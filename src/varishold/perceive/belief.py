@@ -23,7 +23,7 @@ from varishold.perceive.library import LOG_SIZES, Library
 from varishold.perceive.likelihood import mean_by_every_kind
 from varishold.perceive.name_evidence import NameEvidence
 from varishold.perceive.seen import Beyond, Look, SeenRange, answers_look, range_look
-from varishold.perceive.touch_model import SIGNIFICANCE
+from varishold.perceive.touch_model import SIGNIFICANCE, TouchModel
 from varishold.trust import known_share, weighed_p_value, widened
 
 __all__ = ["STRANGERS", "Belief"]
@@ -133,17 +133,8 @@ class Belief:
         InputError
             If the library does not know such a touch, or none of the recognizer's names.
         """
-        objects = self.library.objects
         if isinstance(evidence, NameEvidence):
-            pose = None if evidence.refused else evidence.pose
-            return replace(
-                self,
-                # It is known of the thing, wherever it is moved, and is no grip that errs as others do.
-                kept=self.kept if pose is None else self.kept + pose.log_likelihood(LOG_SIZES),
-                log_weight=self.log_weight + evidence.log_likelihood(objects)[self.library.owner],
-                answers=(*self.answers, evidence),
-                remarks=(*self.remarks, *evidence.remarks(objects)),
-            )
+            return self._after_answer(evidence)
         require_a(Evidence, evidence, "evidence", "or a NameEvidence")
         model = self.library.touches.get(evidence.touch)
         if model is None:
@@ -153,15 +144,7 @@ class Belief:
         success = model.log_success(self.library.kind, failed=evidence.failed)
         values = evidence.vector(model.metric.names)
         known = np.isfinite(values)
-        log_kernel = model.log_kernel(values)
-        means = mean_by_every_kind(log_kernel, self.library.members)
-        # An example without this touch explains it as its kind's others do on the whole.
-        log_kernel = np.where(np.isnan(log_kernel), means[self.library.kind], log_kernel)
-        if model.own < 1:
-            # Of each kind the mean stays.
-            log_kernel = model.own * log_kernel
-            log_kernel += (means - mean_by_every_kind(log_kernel, self.library.members))[self.library.kind]
-        log_kernel = log_kernel + success
+        log_kernel, means = self._explained(model, values)
         sizes, sized = self.size_table, self.sized
         if model.size is not None:
             told = model.size.log_likelihood(evidence.vector(model.size.names), LOG_SIZES)
@@ -174,7 +157,7 @@ class Belief:
             remarks.append(f"{evidence.touch}: {felt[1].name} lies beyond all that the library's examples have shown")
         return replace(
             self,
-            log_weight=self.log_weight + log_kernel,
+            log_weight=self.log_weight + (log_kernel + success),
             size_table=sizes,
             touches=(*self.touches, evidence.touch),
             scores=np.vstack(
@@ -185,6 +168,31 @@ class Belief:
             remarks=(*self.remarks, *remarks),
             sized=sized,
         )
+
+    def _after_answer(self, evidence: NameEvidence) -> Self:
+        """Return the belief after what another recognizer says of the name."""
+        objects, pose = self.library.objects, None if evidence.refused else evidence.pose
+        return replace(
+            self,
+            # It is known of the thing, wherever it is moved, and is no grip that errs as others do.
+            kept=self.kept if pose is None else self.kept + pose.log_likelihood(LOG_SIZES),
+            log_weight=self.log_weight + evidence.log_likelihood(objects)[self.library.owner],
+            answers=(*self.answers, evidence),
+            remarks=(*self.remarks, *evidence.remarks(objects)),
+        )
+
+    def _explained(self, model: TouchModel, values: Floats) -> tuple[Floats, Floats]:
+        """Return how likely what a touch felt is under each example, and on the mean of each kind, in logarithm."""
+        kind, members = self.library.kind, self.library.members
+        log_kernel = model.log_kernel(values)
+        means = mean_by_every_kind(log_kernel, members)
+        # An example without this touch explains it as its kind's others do on the whole.
+        log_kernel = np.where(np.isnan(log_kernel), means[kind], log_kernel)
+        if model.own < 1:
+            # Of each kind the mean stays.
+            log_kernel = model.own * log_kernel
+            log_kernel += (means - mean_by_every_kind(log_kernel, members))[kind]
+        return log_kernel, means
 
     def in_new_place(self) -> Self:
         """Return the belief after the object was moved: object and size stay, its pose is unknown again."""

@@ -256,21 +256,10 @@ def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_kinds: int) -> 
         optimism = data.array(f"{k}.optimism").astype(np.float64)
         fits = optimism.shape == (n,) and bool(np.isfinite(optimism).all())
         require(fits, f"optimism of touch {own['touch']!r} is not one number an example")
-    size = None
-    if m:
-        line, scale = (data.array(f"{k}.{key}").astype(np.float64) for key in ("line", "size_scale"))
-        # Files that were written before know a line's scale alone.
-        off = data.array(f"{k}.size_off") if f"{k}.size_off" in data.names else np.zeros((n_kinds, 1))
-        sized = line.shape == (n_kinds, m + 1) and scale.shape == (n_kinds,)
-        # Of an object without known sizes both are NaN.
-        sized = sized and not (np.isinf(line).any() or np.isinf(scale).any() or (scale <= 0).any())
-        sized &= off.ndim == 2 and off.shape[0] == n_kinds and off.shape[1] >= 1 and bool(np.isfinite(off).all())
-        require(sized, f"sizes of touch {own['touch']!r} do not fit")
-        size = SizeModel(tuple(own["size_names"]), line, scale, off.astype(np.float64))
     return TouchModel(
         metric=metric,
         values=_unpacked(metric, arrays["units"]),
-        size=size,
+        size=_size_model(data, k, own, n_kinds) if m else None,
         size_values=np.where(arrays["logs"] == _NO_LOG, np.nan, arrays["logs"] / _PER_LOG),
         width=float(own["width"]),
         fall=float(own["fall"]),
@@ -283,6 +272,18 @@ def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_kinds: int) -> 
         optimism=optimism,
         own=float(own_power),
     )
+
+
+def _size_model(data: Archive, k: int, own: dict[str, Any], n_kinds: int) -> SizeModel:
+    line, scale = (data.array(f"{k}.{key}").astype(np.float64) for key in ("line", "size_scale"))
+    # Files that were written before know a line's scale alone.
+    off = data.array(f"{k}.size_off") if f"{k}.size_off" in data.names else np.zeros((n_kinds, 1))
+    sized = line.shape == (n_kinds, len(own["size_names"]) + 1) and scale.shape == (n_kinds,)
+    # Of an object without known sizes both are NaN.
+    sized = sized and not (np.isinf(line).any() or np.isinf(scale).any() or (scale <= 0).any())
+    sized &= off.ndim == 2 and off.shape[0] == n_kinds and off.shape[1] >= 1 and bool(np.isfinite(off).all())
+    require(sized, f"sizes of touch {own['touch']!r} do not fit")
+    return SizeModel(tuple(own["size_names"]), line, scale, off.astype(np.float64))
 
 
 def shipped_library(pose: str = "upright") -> Library:
