@@ -121,18 +121,14 @@ def calibrate_even(
         notes.append(f"{np.count_nonzero(broken)} taxels feel nothing and are marked broken in the gain map")
     if found.n < 2:
         notes.append("one press: how well it repeats is not known")
-    made = dataclasses.replace(
+    made = found.sensor_with(
         known,
-        shape=usable.shape,
         gains=np.where(usable, gains, 1.0),
         response=base.response,
         span=base.span,
         full_scale=base.full_scale,
         unit=base.unit,
         dead_band=base.dead_band,
-        rest=found.rest_of(known),
-        pitch_m=known.pitch_m or found.pitch_m,
-        source="",
     )
     after = beside / np.where(gains > 0, gains, np.nan)
     unknown.append("crosstalk, blur and the cover: an even pressure is the same with and without them")
@@ -149,11 +145,10 @@ def calibrate_even(
         residual=np.where(kept, np.sqrt(np.mean((after - 1) ** 2, axis=0)), np.nan),
         curve=curve,
     )
-    record = outcome.record()
-    if isinstance(base.response, Linear) and not base.dead_band:
-        # A response that is found later makes other gains of these readings.
-        record[GAIN_READINGS] = readings_of_gains(np.median(found.frames[:, usable], axis=1))
-    return dataclasses.replace(outcome, sensor=dataclasses.replace(made, calibration=record))
+    if not isinstance(base.response, Linear) or base.dead_band:
+        return outcome.recorded()
+    # A response that is found later makes other gains of these readings.
+    return outcome.recorded({GAIN_READINGS: readings_of_gains(np.median(found.frames[:, usable], axis=1))})
 
 
 def _positive_pressures(pressure_pa: ArrayLike) -> Floats:

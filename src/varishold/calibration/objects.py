@@ -187,9 +187,8 @@ def _outcome(
 ) -> Calibration:
     fit, observed = explanation.fit, given.observed
     measured = given.sensor(explanation.family, explanation.constants)
-    made = dataclasses.replace(
+    made = found.sensor_with(
         known,
-        shape=found.usable.shape,
         pitch_m=found.pitch_m,
         gains=measured.gains,
         span=measured.span,
@@ -198,8 +197,6 @@ def _outcome(
         dead_band=measured.dead_band,
         blur_taxels=measured.blur_taxels,
         crosstalk=0.0,
-        rest=found.rest_of(known),
-        source="",
     )
     frames = np.array([one.frame for one in observed])
     residual = (frames - fit.predicted) / frames.max(axis=(1, 2), keepdims=True)
@@ -216,10 +213,9 @@ def _outcome(
         residual=np.where(found.usable, np.sqrt(np.mean(residual**2, axis=0)), np.nan),
         curve=_curve(measured, fit, observed),
     )
-    record = outcome.record()
-    if not explanation.bends and given.gain_readings is not None:
-        record[GAIN_READINGS] = given.gain_readings.tolist()
-    return dataclasses.replace(outcome, sensor=dataclasses.replace(made, calibration=record))
+    if explanation.bends or given.gain_readings is None:
+        return outcome.recorded()
+    return outcome.recorded({GAIN_READINGS: given.gain_readings.tolist()})
 
 
 def _findings(explanation: Explanation) -> list[Finding]:

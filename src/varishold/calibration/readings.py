@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -91,6 +91,16 @@ class Presses:
             return known.rest
         return known.rest + (self.rest if known.polarity == "up" else -self.rest)
 
+    def sensor_with(self, known: Sensor, **measured: Any) -> Sensor:
+        """Return what is known of the sensor, with what was measured: by these presses, its shape and its rest too."""
+        told: dict[str, Any] = {
+            "shape": self.usable.shape,
+            "pitch_m": known.pitch_m or self.pitch_m,
+            "rest": self.rest_of(known),
+            "source": "",
+        }
+        return replace(known, **{**told, **measured})
+
 
 def presses_of(
     recordings: Sequence[Recording], sensor: Sensor, *, pad: str | None = None, most_ended: float = 0.5
@@ -125,28 +135,15 @@ def presses_of(
     pitch = sensor.pitch_m
     for number, recording in enumerate(recordings):
         source = recording.source or f"recording {number}"
-        one = _only(recording, pad, source)
-        turned = upright_recording(one, sensor)
-        (name,) = turned.pads
-        here = turned.pads[name]
+        turned = upright_recording(_only(recording, pad, source), sensor)
+        (here,) = turned.pads.values()
         if here.positions_m is not None or sensor.positions_m is not None:
             raise InputError(
                 f"{source}: taxels on no grid cannot be calibrated yet; calibrate them on an even pressure"
                 " by hand and write their gain_map"
             )
-        if recording.unit != recordings[0].unit:
-            raise InputError(
-                f"{source}: readings are in {recording.unit}, in the recordings before in {recordings[0].unit}; "
-                "give one unit"
-            )
-        if usable is None:
-            usable = here.usable
-        elif here.shape != usable.shape:
-            raise InputError(
-                f"{source}: has {here.shape[0]} x {here.shape[1]} taxels, the recordings before "
-                f"{usable.shape[0]} x {usable.shape[1]}; calibrate one sensor at a time"
-            )
-        usable = usable & here.usable
+        _check_one_sensor(here, recording, source, None if usable is None else usable.shape, recordings[0].unit)
+        usable = here.usable if usable is None else usable & here.usable
         pitch = here.pitch_m or pitch
         loaded = presses(turned)
         if not loaded:
@@ -198,6 +195,19 @@ def _check_given(recordings: Any, sensor: Any) -> None:
     wrong = [each for each in recordings if not isinstance(each, Recording)]
     if wrong:
         raise InputError(f"recordings must be a list of Recording, got {type(wrong[0]).__name__} in it")
+
+
+def _check_one_sensor(pad: Pad, recording: Recording, source: str, shape: tuple[int, ...] | None, unit: str) -> None:
+    """Refuse readings in another unit, or of another pad, than those of the recordings before."""
+    if recording.unit != unit:
+        raise InputError(
+            f"{source}: readings are in {recording.unit}, in the recordings before in {unit}; give one unit"
+        )
+    if shape is not None and pad.shape != shape:
+        raise InputError(
+            f"{source}: has {pad.shape[0]} x {pad.shape[1]} taxels, the recordings before "
+            f"{shape[0]} x {shape[1]}; calibrate one sensor at a time"
+        )
 
 
 def _check_changes(pad: Pad, source: str) -> None:

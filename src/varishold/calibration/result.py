@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -116,5 +117,13 @@ class Calibration:
             "kind": self.kind,
             "presses": self.presses,
             **{f"{each.name}_error": each.error for each in self.findings},
+            **{f"{each.name}_error": each.error for each in self.findings},
             "unknown": list(self.unknown),
         }
+
+    def recorded(self, more: Mapping[str, Any] | None = None) -> Calibration:
+        """Return it with a sensor whose file says how it was measured, and what more there is to say.
+
+        :meta private:
+        """
+        return replace(self, sensor=replace(self.sensor, calibration={**self.record(), **(more or {})}))

@@ -98,17 +98,9 @@ def calibrate_scale(
     left = ((stress / map_).sum(axis=(1, 2)) / told) / np.median((stress / map_).sum(axis=(1, 2)) / told) - 1
     share = positive / np.maximum(positive.sum(axis=(1, 2), keepdims=True), 1e-300)
     before = stress.sum(axis=(1, 2)) / told
-    made = dataclasses.replace(
-        known,
-        shape=found.usable.shape,
-        gains=map_,
-        rest=found.rest_of(known),
-        pitch_m=known.pitch_m or found.pitch_m,
-        source="",
-    )
     outcome = Calibration(
         kind="scale",
-        sensor=made,
+        sensor=found.sensor_with(known, gains=map_),
         presses=found.n,
         findings=(
             Finding(
@@ -128,7 +120,7 @@ def calibrate_scale(
             pressed, np.sqrt(np.tensordot(left**2, share, 1) / np.maximum(share.sum(axis=0), 1e-300)), np.nan
         ),
     )
-    return dataclasses.replace(outcome, sensor=dataclasses.replace(made, calibration=outcome.record()))
+    return outcome.recorded()
 
 
 def _check_together(load: Floats, force: Floats) -> None:

@@ -116,52 +116,33 @@ def calibrate_unlabelled(
     halves = [_solved(stress[k::2], noise[k::2], inside[k::2])[0] for k in (0, 1)]
     pressed = inside.sum(axis=0) >= 3
     _check_reached(pressed | broken, found)
-    weight = (pressed & ~broken)[found.usable]
-    one, other = (half[found.usable][weight] for half in halves)
-    spread = float(np.sqrt(max(np.mean(one * other), 0.0))) if weight.any() else 0.0
-    agreement = spread**2 / max(float(np.mean((one**2 + other**2) / 2)), 1e-300) if weight.any() else 0.0
-    # Half of the difference of two halves is what noise leaves of all of them.
-    differ = float(np.std(one - other)) / 2 if weight.any() else 0.0
+    told = (pressed & ~broken)[found.usable]
+    spread, agreement, differ = _agreed(*(half[found.usable][told] for half in halves))
     error = _FORM * np.maximum(error, differ)
     applied = spread >= LEAST_SPREAD and agreement >= _AGREEMENT
-    notes = list(found.notes)
+    notes = _notes(found, broken, found.usable & ~pressed & ~broken)
     if not applied:
-        notes.append(
+        notes.insert(
+            0,
             f"the gains were not applied: they spread by {100 * spread:.2g} %, of which two halves of the presses "
-            f"agree on {100 * agreement:.0f} %; below {100 * LEAST_SPREAD:.0f} %, or without agreement, nothing is won"
+            f"agree on {100 * agreement:.0f} %; below {100 * LEAST_SPREAD:.0f} %, or without agreement, nothing is won",
         )
-    if broken.any():
-        notes.append(f"{np.count_nonzero(broken)} taxels stay silent under presses and are marked broken")
-    silent = found.usable & ~pressed & ~broken
-    if found.n < _FEW and np.count_nonzero(silent) > (1 - _WELL_PRESSED) * np.count_nonzero(found.usable):
-        notes.append(f"{found.n} presses are few for this pad: {_FEW} to 100, all over it, are good")
-    if silent.any():
-        notes.append(
-            f"{np.count_nonzero(silent)} taxels were hardly pressed: their gain is taken as 1; press there too"
-        )
-    if applied and known.gains is not None:
+    elif known.gains is not None:
         notes.append("the gains that were known are left: these take their place")
     kept = np.ones(found.usable.shape) if known.gains is None else known.gains
     map_ = np.where(broken, 0.0, np.exp(gains - np.median(gains[found.usable])) if applied else kept)
-    made = dataclasses.replace(
-        known,
-        shape=found.usable.shape,
-        gains=np.where(found.usable, map_, 1.0) if applied or broken.any() else known.gains,
-        rest=found.rest_of(known),
-        pitch_m=known.pitch_m or found.pitch_m,
-        source="",
-    )
+    measured = np.where(found.usable, map_, 1.0) if applied or broken.any() else known.gains
     taken = gains if applied else np.zeros_like(gains)
     left, before = _roughness(stress, inside, taken), _roughness(stress, inside, np.zeros_like(gains))
     outcome = Calibration(
         kind="unlabelled",
-        sensor=made,
+        sensor=found.sensor_with(known, gains=measured),
         presses=found.n,
         findings=(
             Finding(
                 "gain_spread",
                 spread,
-                differ / float(np.sqrt(2 * max(weight.sum(), 1))),
+                differ / float(np.sqrt(2 * max(int(told.sum()), 1))),
                 f"how much the taxels' gains differ, as two halves of the presses agree; each is known to "
                 f"{100 * float(np.median(error[pressed])) if pressed.any() else 100:.2g} %",
                 share=True,
@@ -172,13 +153,37 @@ def calibrate_unlabelled(
             "an even pressure at three known pressures",
             "crosstalk, blur, dead band and the cover: use known objects",
         ),
-        notes=tuple(notes),
+        notes=(*found.notes, *notes),
         before=np.where(found.usable & pressed, np.exp(before), np.nan),
         after=np.where(found.usable & pressed & ~broken, np.exp(left), np.nan),
         error=np.where(found.usable & pressed & ~broken, error, np.nan),
         residual=_scatter(stress, inside, taken),
     )
-    return dataclasses.replace(outcome, sensor=dataclasses.replace(made, calibration=outcome.record()))
+    return outcome.recorded()
+
+
+def _agreed(one: Floats, other: Floats) -> tuple[float, float, float]:
+    """Return how far two halves' gains spread alike, which share of their variance that is, and how far they differ."""
+    if not one.size:
+        return 0.0, 0.0, 0.0
+    spread = float(np.sqrt(max(float(np.mean(one * other)), 0.0)))
+    agreement = spread**2 / max(float(np.mean((one**2 + other**2) / 2)), 1e-300)
+    # Half of the difference of two halves is what noise leaves of all of them.
+    return spread, agreement, float(np.std(one - other)) / 2
+
+
+def _notes(found: Presses, broken: NDArray[np.bool_], silent: NDArray[np.bool_]) -> list[str]:
+    """Say which taxels are broken, and which were hardly pressed."""
+    notes = []
+    if broken.any():
+        notes.append(f"{np.count_nonzero(broken)} taxels stay silent under presses and are marked broken")
+    if found.n < _FEW and np.count_nonzero(silent) > (1 - _WELL_PRESSED) * np.count_nonzero(found.usable):
+        notes.append(f"{found.n} presses are few for this pad: {_FEW} to 100, all over it, are good")
+    if silent.any():
+        notes.append(
+            f"{np.count_nonzero(silent)} taxels were hardly pressed: their gain is taken as 1; press there too"
+        )
+    return notes
 
 
 def _check_differ(found: Presses) -> None:
