@@ -72,6 +72,7 @@ def mean_by_kind(log_kernel: Floats, members: Floats) -> Floats:
         Minus infinity for a kind of which no example knows it; NaN where none of any kind does.
     """
     total, count, top = _sums_by_kind(log_kernel, members)
+    top = np.where(count.any(axis=-1, keepdims=True), top, np.nan)
     with np.errstate(divide="ignore"):
         out: Floats = np.log(total / np.maximum(count, 1.0)) + top
     return out
@@ -85,18 +86,16 @@ def mean_by_every_kind(log_kernel: Floats, members: Floats) -> Floats:
     total, count, top = _sums_by_kind(log_kernel, members)
     of_all = total.sum(axis=-1, keepdims=True) / np.maximum(count.sum(axis=-1, keepdims=True), 1.0)
     mean = np.where(count > 0, total / np.maximum(count, 1.0), of_all)
-    out: Floats = np.log(np.maximum(mean, 1e-300)) + np.nan_to_num(top)
+    out: Floats = np.log(np.maximum(mean, 1e-300)) + top
     return out
 
 
 def _sums_by_kind(log_kernel: Floats, members: Floats) -> tuple[Floats, NDArray[Any], Floats]:
-    """Return each kind's sum of likelihoods in parts of the largest, how many know it, and the largest's logarithm.
-
-    Where none of any kind knows it there is no largest: its logarithm is NaN.
-    """
+    """Return each kind's sum of likelihoods in parts of the largest, how many know it, and the largest's logarithm."""
     known = np.isfinite(log_kernel)
     told = np.where(known, log_kernel, -np.inf)
     top = told.max(axis=-1, keepdims=True, initial=-np.inf)
-    top = np.where(np.isfinite(top), top, np.nan)
-    mass = np.exp(told - np.nan_to_num(top))
+    # Where none of any kind knows it there is no largest, and any will do.
+    top = np.where(np.isfinite(top), top, 0.0)
+    mass = np.exp(told - top)
     return mass @ members.T, known @ members.T, top
