@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import binascii
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from operator import xor
@@ -21,18 +21,10 @@ def _crc8(data: bytes) -> int:
     return value
 
 
-def _crc16_modbus(data: bytes) -> int:
+def _crc16(data: bytes, table: Sequence[int]) -> int:
     value = 0xFFFF
     for byte in data:
-        value = (value >> 8) ^ _MODBUS[(value ^ byte) & 0xFF]
-    return value
-
-
-def _crc16_weiss(data: bytes) -> int:
-    """The table of the one direction, shifted in the other: so their controllers have it."""
-    value = 0xFFFF
-    for byte in data:
-        value = (value >> 8) ^ _CCITT[(value ^ byte) & 0xFF]
+        value = (value >> 8) ^ table[(value ^ byte) & 0xFF]
     return value
 
 
@@ -68,8 +60,9 @@ CHECKSUMS: Mapping[str, tuple[int, Callable[[bytes], int]]] = MappingProxyType(
         "sum16": (2, lambda data: sum(data) & 0xFFFF),
         "crc16-ccitt": (2, lambda data: binascii.crc_hqx(data, 0xFFFF)),
         "crc16-xmodem": (2, lambda data: binascii.crc_hqx(data, 0)),
-        "crc16-modbus": (2, _crc16_modbus),
-        "crc16-weiss": (2, _crc16_weiss),
+        "crc16-modbus": (2, lambda data: _crc16(data, _MODBUS)),
+        # The table of the one direction, shifted in the other: so their controllers have it.
+        "crc16-weiss": (2, lambda data: _crc16(data, _CCITT)),
         "crc32": (4, zlib.crc32),
     }
 )

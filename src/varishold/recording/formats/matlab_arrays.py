@@ -15,11 +15,10 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError
 from varishold.files import damage_told
 from varishold.recording.formats.format import Options
 from varishold.recording.formats.guessing import TIMES, guessed
-from varishold.recording.formats.named_arrays import PRESS, SIGNALS, SINGLE, stored_in
+from varishold.recording.formats.named_arrays import PRESS, SIGNALS, SINGLE, NamedArrays, stored_in
 from varishold.recording.stored import Column, Stored
 
 __all__ = ["Variable", "place_of", "stored_variables"]
@@ -172,7 +171,7 @@ class _Turned:
         return np.ascontiguousarray(np.moveaxis(read, -1, 0)) if self._last else read.reshape(-1, *self.shape[1:])
 
 
-class _Arrays:
+class _Arrays(NamedArrays):
     """Variables by the names of `named_arrays`."""
 
     def __init__(self, named: Mapping[str, Variable], times: int | None, options: Options) -> None:
@@ -203,9 +202,3 @@ class _Arrays:
     def column(self, name: str) -> Column:
         self._unread.pop(name, None)
         return _Turned(self._named[name], self._times, self._options)
-
-    def text(self, name: str) -> str:
-        array = self.array(name)
-        if array.size != 1 or array.dtype.kind != "U":
-            raise InputError(f"{name} must be one text, got {array.dtype} of shape {array.shape}")
-        return str(array.ravel()[0])

@@ -65,7 +65,10 @@ class NamedArrays(Protocol):
 
     def text(self, name: str) -> str:
         """Read one array that holds one text."""
-        ...
+        array = self.array(name)
+        if array.size != 1 or array.dtype.kind != "U":
+            raise InputError(f"{name} must be one text, got {array.dtype} of shape {array.shape}")
+        return str(array.ravel()[0])
 
 
 class Dataset(Column, Protocol):
@@ -80,7 +83,7 @@ class Dataset(Column, Protocol):
         ...
 
 
-class HeldArrays:
+class HeldArrays(NamedArrays):
     """Arrays that stay in their file, and those that are in memory, by their names.
 
     Parameters
@@ -113,12 +116,6 @@ class HeldArrays:
             return self._said[name]
         self._datasets[name].check()
         return self._datasets[name]
-
-    def text(self, name: str) -> str:
-        array = self.array(name)
-        if array.size != 1 or array.dtype.kind != "U":
-            raise InputError(f"{name} must be one text, got {array.dtype} of shape {array.shape}")
-        return str(array.ravel()[0])
 
 
 def stored_in(
