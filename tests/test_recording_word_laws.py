@@ -1057,7 +1057,7 @@ def test_titles_of_times_say_their_unit(tmp_path: Path, title: str) -> None:
 
 @pytest.mark.parametrize(
     ("title", "unit_s"),
-    [("Zeit [ms]", 1e-3), ("elapsed_us", 1e-6), ("stamp (ns)", 1e-9), ("clock (min)", 60.0), ("clock_min", 1.0),
+    [("Zeit [ms]", 1e-3), ("elapsed_us", 1e-6), ("elapsed_msec", 1e-3), ("zeit_milliseconds", 1e-3), ("stamp (ns)", 1e-9), ("clock (min)", 60.0), ("clock_min", 1.0),
      ("clock", 1.0), ("terms", 1.0), ("clock_s_of_day", 1.0)],
 )  # fmt: skip
 def test_a_unit_at_the_end_of_any_title_before_the_taxels_is_that_of_the_time(

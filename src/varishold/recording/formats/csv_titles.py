@@ -37,7 +37,7 @@ _CLOCK = re.compile(
     rf"(?:time|t|timestamp)(?:[_ ]({_UNIT})| ?\(({_ANY_UNIT})\)| ?\[({_ANY_UNIT})\])?|time_({_MINUTE})|({_UNIT})"
 )
 # A unit at the end of a title that is not known.
-_UNIT_LAST = re.compile(rf"(?:[_ ]({_UNIT})|[(\[]\s*({_ANY_UNIT})\s*[)\]])")
+_UNIT_LAST = re.compile(rf"(?:[_ ]({_UNIT})|[(\[]\s*({_ANY_UNIT})\s*[)\]])\Z")
 #: Titles of columns that count lines.
 COUNTERS = ("", "frame", "index", "n", "#", "no", "nr", "unnamed: 0")
 
@@ -66,11 +66,11 @@ def seconds_of(title: str) -> float:
 
     Examples
     --------
-    >>> seconds_of("timestamp_ns"), seconds_of("zeit [ms]"), seconds_of("elapsed_s"), seconds_of("clock")
-    (1e-09, 0.001, 1.0, 1.0)
+    >>> seconds_of("timestamp_ns"), seconds_of("zeit [ms]"), seconds_of("elapsed_msec"), seconds_of("clock")
+    (1e-09, 0.001, 0.001, 1.0)
     """
     said = _CLOCK.fullmatch(title) or _UNIT_LAST.search(title)
-    if said is None or said.lastindex is None or said.end() != len(title):
+    if said is None or said.lastindex is None:
         return 1.0
     return {**_UNITS, **_MINUTES}[said[said.lastindex]]
 
