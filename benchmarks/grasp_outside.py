@@ -108,9 +108,11 @@ def _table(values: Floats, kind: NDArray[Any] | None = None) -> GraspTable:
 
 
 def _had_nothing_been_outside(model: GraspModel) -> GraspModel:
-    """Return the model as it would be if nothing were known of how strange known grasps are."""
+    """Return the model as it would be if known grasps were so strange that nothing is stranger."""
     blind = copy(model.classifier)
-    blind._likelihood = replace(blind._likelihood, held=None)
+    held = blind._likelihood.held
+    assert held is not None
+    blind._likelihood = replace(blind._likelihood, held=replace(held, beyond=held.beyond + 1e100))
     return replace(model, classifier=blind)
 
 

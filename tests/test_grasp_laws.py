@@ -202,6 +202,23 @@ def test_beta_tells_each_grasp_best_by_those_of_other_groups(seed: int, n_groups
     assert loss[0] <= loss[2] + 1e-6 or learned.beta < 0.021
 
 
+@settings(max_examples=25)
+@given(seeds)
+def test_contradictory_grasps_are_evidence_of_each_of_their_classes(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    X, labels = rng.random((30, 3)) < 0.5, rng.permutation(np.arange(30) % 3)
+    grasps = training_grasps(X, labels.tolist())
+    assert grasps.contradictions
+    learned = learn_likelihood(grasps)
+    of_row = np.array(grasps.classes)
+    V = np.array(list(product([False, True], repeat=3)))
+    kernel = np.exp(-learned.beta * (V[:, None] != X).sum(axis=2))
+    mass = np.column_stack([kernel[:, labels == k].mean(axis=1) for k in of_row])
+    np.testing.assert_allclose(learned.judge(V)[0], mass / mass.sum(axis=1, keepdims=True), atol=1e-6)
+    strange = held_out(X, labels, np.arange(30), learned.beta)[1]
+    np.testing.assert_allclose(np.sort(learned.known), np.sort(strange), atol=1e-5)
+
+
 def test_what_is_known_of_grasps_without_fellows() -> None:
     X = np.tri(9, 8, -1, dtype=np.bool_)  # each one switch from the next
     # A grasp of no fellow has another class alone to be strange to; one that was made twice has its own.
@@ -216,7 +233,8 @@ def test_what_is_known_of_grasps_without_fellows() -> None:
     far = learn_likelihood(training_grasps(X, [0] * 9), beyond=np.arange(9.0))
     near = learn_likelihood(training_grasps(X, [0] * 9))
     np.testing.assert_allclose(far.known - near.known, near.beta * np.arange(9.0), atol=1e-9)
-    # Grasps that contradict what was learned judge nothing.
+    assert [told.learned for told in (lonely, twice, single)] == [False, True, False]
+    # Grasps that contradict what was learned place no hyperplane.
     against = training_grasps(X[[0, 0, 0, 8]], [0, 0, 1, 1])
     assert against.owners.tolist() == [0, 0, -1, 1]
 

@@ -62,13 +62,19 @@ def test_training_grasps_are_a_dictionary_of_patterns(seed: int, n: int) -> None
     counts = [sum(of[1] == label for of in learned) for label in told.classes]
     assert set(told.classes) == set(y)
     assert counts == sorted(counts, key=lambda count: (count == 0, count))
-    held = hold_out(told, None, 0.0)
+    seen = told.seen
+    assert [
+        (*row, told.classes[k]) for row, k in zip(seen.patterns[seen.owners], seen.labels[seen.owners], strict=True)
+    ] == [(*row, name) for row, name in zip(X, y, strict=True)]
+    assert len(seen) == len({(*row, name) for row, name in zip(X.tolist(), y, strict=True)})
+    assert seen.weights.tolist() == [(seen.owners == k).sum() for k in range(len(seen))]
+    held = hold_out(seen, None, 0.0)
     if held is not None:
         for pattern, left in zip(held.patterns, held.left, strict=True):
-            wanted = told.weights.copy()
+            wanted = seen.weights.copy()
             wanted[pattern] -= 1
             np.testing.assert_array_equal(left, wanted)
-            fellows = (left > 0) & (told.labels == told.labels[pattern])
+            fellows = (left > 0) & (seen.labels == seen.labels[pattern])
             assert fellows.any() == held.fellows
 
 

@@ -304,7 +304,7 @@ def test_a_circuit_that_bears_noise_badly_is_remarked_on():
     grasps = grasps_of(rng, 80, 16, 6, noise=0.1)
     likelihood = learn_likelihood(grasps)
     frail = CompiledCircuit(MODES["paper"](grasps, ModeOptions(time_limit_s=0.0)).netlist)
-    told = remark_on_noise(frail, likelihood, "paper")
+    told = remark_on_noise(frail, grasps, likelihood.flip_rate, "paper")
     assert told is not None
     shares = [int(number) / 100 for number in re.findall(r"(\d+)%", told)]
     right, rate, nearest = shares
@@ -318,7 +318,7 @@ def test_a_circuit_that_bears_noise_badly_is_remarked_on():
     assert nearest - right > 0.1
     assert "mode 'vote' does better" in told
     sturdy = CompiledCircuit(MODES["vote"](grasps, ModeOptions()).netlist)
-    assert remark_on_noise(sturdy, likelihood, "vote") is None
+    assert remark_on_noise(sturdy, grasps, likelihood.flip_rate, "vote") is None
 
 
 @settings(max_examples=5)

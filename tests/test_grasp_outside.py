@@ -65,6 +65,46 @@ def test_known_grasps_are_rejected_as_often_as_stated_and_strange_ones_more() ->
     assert np.mean(np.array(strange) <= 0.05) > 0.9
 
 
+@pytest.mark.parametrize(("n_switches", "flips"), [(3, 0.2), (4, 0.3), (8, 0.1)])
+def test_answers_above_nine_in_ten_are_right_where_patterns_of_objects_are_alike(n_switches: int, flips: float) -> None:
+    right, told, missed = [], [], []
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        typical = rng.random((2, n_switches)) < 0.5
+        clf = HyperplaneClassifier("vote").fit(*grasps(rng, 120, typical, flips))
+        asked, truth = grasps(rng, 400, typical, flips)
+        labels, p, _ = clf.judge(asked)
+        sure = p.max(axis=1) > 0.9
+        right += (labels == truth)[sure].tolist()
+        told += p.max(axis=1).tolist()
+        missed += (labels == truth).tolist()
+    assert np.mean(right) > 0.9
+    assert abs(np.mean(told) - np.mean(missed)) < 0.04
+
+
+def test_a_pattern_that_two_objects_gave_is_as_probable_as_it_was_of_each() -> None:
+    X = np.repeat([[0, 0, 0, 0, 0, 0], [1, 1, 1, 1, 1, 1], [1, 1, 1, 0, 0, 0]], [20, 20, 40], axis=0)
+    y = np.repeat(["a", "b", "a", "b"], [20, 20, 30, 10])
+    labels, p, _ = HyperplaneClassifier("vote").fit(X, y).judge([[1, 1, 1, 0, 0, 0]])
+    assert labels[0] == "a"
+    # 30 of the 50 grasps of a gave it, and 10 of the 30 of b.
+    np.testing.assert_allclose(p[0, 0], (30 / 50) / (30 / 50 + 10 / 30), atol=0.02)
+
+
+def test_nothing_is_promised_where_no_object_was_felt_in_two_groups() -> None:
+    rng = np.random.default_rng(3)
+    X, y = grasps(rng, 40, rng.random((2, 22)) < 0.5)
+    for groups, said in ((np.zeros(40), "grasps of two groups"), (y, "grasps of two groups"), (np.arange(40), None)):
+        clf = HyperplaneClassifier("vote").fit(X, y, groups)
+        remark = f"no object has {said}, which tell how grasps of one differ: no answer has a p above .9"
+        assert (remark in clf.remarks_) == (said is not None)
+        top = clf.predict_proba(np.concatenate([X, rng.random((99, 22)) < 0.5])).max()
+        assert top <= 0.9 if said else top > 0.99
+    one_each = HyperplaneClassifier("vote").fit([[0] * 22, [1] * 22], ["a", "b"])
+    assert one_each.predict_proba([[0] * 22]).max() <= 0.9
+    assert any(remark.startswith("no object has two grasps, which tell") for remark in one_each.remarks_)
+
+
 def test_sessions_are_held_out_whole() -> None:
     rng = np.random.default_rng(1)
     typical = rng.random((2, 30)) < 0.5

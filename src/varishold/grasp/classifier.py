@@ -24,7 +24,7 @@ from varishold.grasp.estimator import (
 from varishold.grasp.explanation import Explanation, explain_pattern
 from varishold.grasp.held_out import beyond_of
 from varishold.grasp.hyperplanes import Hyperplanes
-from varishold.grasp.likelihood import GraspLikelihood, learn_likelihood
+from varishold.grasp.likelihood import GraspLikelihood, learn_likelihood, nearest_pattern
 from varishold.grasp.modes import MODES, Learned, ModeOptions
 from varishold.grasp.modes.learned import class_names
 from varishold.grasp.selection import choose_mode, remark_on_noise
@@ -166,7 +166,7 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         The circuit decides; the training grasps say how surely: P(class) from the distances to them, under
         a rate of wrong switches learned from grasps that were held out. Where these would rather name another class,
         the circuit's answer gets as much as theirs. Outside of what was learned it is drawn towards an even share:
-        no probability is above .9 there.
+        no probability is above .9 there, and nowhere if no class was learned from two groups.
         """
         return self._judged(*self._checked(X))[1]
 
@@ -237,7 +237,7 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         """
         read = as_given(v, f"a grasp must be a row of {self.n_features_in_} switches")
         patterns, _ = self._checked(read.reshape(1, -1), finite="allow-nan")
-        (k,), (distance,) = self._likelihood.nearest(patterns)
+        (k,), (distance,) = nearest_pattern(patterns, self.grasps_.patterns)
         nearest = None
         if len(self.grasps_):
             label = self.grasps_.classes[self.grasps_.labels[k]]
@@ -310,6 +310,9 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         remarks += [f"nothing tells {label}: all its grasps contradict others" for label in untold]
         if self.selection_ is not None and self.selection_.gap:
             remarks.append(str(self.selection_))
+        if not self._likelihood.learned:
+            of = "grasps of two groups" if len(np.unique(self._groups)) < len(self._groups) else "two grasps"
+            remarks.append(f"no object has {of}, which tell how grasps of one differ: no answer has a p above .9")
         if self._on_noise is not None:
             remarks.append(self._on_noise)
         return tuple(remarks)
@@ -351,7 +354,7 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         self._rows, self._codes, self._groups, self.classes_ = rows, codes, groups, classes
         self._adopt(grasps, mode, learned)
         self._know(beyond)
-        self._on_noise: str | None = remark_on_noise(self._circuit, self._likelihood, mode)
+        self._on_noise: str | None = remark_on_noise(self._circuit, grasps, self._likelihood.flip_rate, mode)
 
     def _adopt(self, grasps: TrainingGrasps, mode: str, learned: Learned) -> None:
         """Take over what was learned of rows, codes, groups and classes; a model file comes back the same way."""
@@ -416,7 +419,8 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         mass[:, self._class_of], p_values = judge(patterns, unknown, beyond, self._likelihood)
         # A hair above the largest, so that the most probable class is the one answered.
         mass[rows, answers] = np.maximum(mass[rows, answers], mass.max(axis=1) * (1 + 1e-9))
-        return answers, widened(mass / mass.sum(axis=1, keepdims=True), p_values, self._limit), p_values
+        believed = p_values if self._likelihood.learned else np.minimum(p_values, self._limit)
+        return answers, widened(mass / mass.sum(axis=1, keepdims=True), believed, self._limit), p_values
 
 
 def _listed(rows: tuple[int, ...]) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError, require
-from varishold.grasp.training import TrainingGrasps
+from varishold.grasp.training import SeenGrasps
 
 __all__ = ["HeldOut", "beyond_of", "held_out_of", "hold_out"]
 
@@ -29,9 +29,9 @@ class HeldOut:
     Parameters
     ----------
     patterns : ndarray of shape (n_judged,), int64
-        Which pattern each has.
+        Which of what was seen each is.
     left : ndarray of shape (n_judged, n), int64
-        How many grasps of every pattern are left then.
+        How many grasps of everything that was seen are left then.
     beyond : ndarray of shape (n_judged,), float64
         How far its readings lay beyond the range of those left, in switches.
     fellows : bool
@@ -44,12 +44,12 @@ class HeldOut:
     fellows: bool
 
 
-def hold_out(grasps: TrainingGrasps, groups: NDArray[np.int64] | None, beyond: Floats | float) -> HeldOut | None:
+def hold_out(seen: SeenGrasps, groups: NDArray[np.int64] | None, beyond: Floats | float) -> HeldOut | None:
     """Hold every training grasp out with its group, or some of very many.
 
     Parameters
     ----------
-    grasps : TrainingGrasps
+    seen : SeenGrasps
     groups : ndarray of shape (n_rows,), int64, or None
         Which of the training grasps, row by row, are held out together; None: each alone.
     beyond : ndarray of shape (n_rows,), float64, or 0
@@ -60,17 +60,16 @@ def hold_out(grasps: TrainingGrasps, groups: NDArray[np.int64] | None, beyond: F
     HeldOut or None
         Of the grasps whose class is left then; where no class ever is, of all. None where nothing is left.
     """
-    groups = np.arange(len(grasps.owners)) if groups is None else groups
-    judges = np.flatnonzero(grasps.owners >= 0)
-    most = min(_JUDGES, _JUDGED_DISTANCES // max(1, len(grasps)))
+    groups = np.arange(len(seen.owners)) if groups is None else groups
+    judges = np.arange(len(seen.owners))
+    most = min(_JUDGES, _JUDGED_DISTANCES // max(1, len(seen)))
     if len(judges) > most:
         judges = np.sort(np.random.default_rng(0).choice(judges, most, replace=False))
-    left = np.tile(grasps.weights, (len(judges), 1))
+    left = np.tile(seen.weights, (len(judges), 1))
     for k, row in enumerate(judges):
-        gone = grasps.owners[groups == groups[row]]
-        np.subtract.at(left[k], gone[gone >= 0], 1)
-    patterns = grasps.owners[judges]
-    own = ((left > 0) & (grasps.labels == grasps.labels[patterns][:, None])).any(axis=1)
+        np.subtract.at(left[k], seen.owners[groups == groups[row]], 1)
+    patterns = seen.owners[judges]
+    own = ((left > 0) & (seen.labels == seen.labels[patterns][:, None])).any(axis=1)
     told = own if own.any() else (left > 0).any(axis=1)
     if not told.any():
         return None

@@ -18,7 +18,7 @@ from varishold.grasp.held_out import HeldOut, hold_out
 from varishold.grasp.training import TrainingGrasps
 from varishold.trust import conformal_p_value
 
-__all__ = ["GraspLikelihood", "hamming", "learn_likelihood"]
+__all__ = ["GraspLikelihood", "hamming", "learn_likelihood", "nearest_pattern"]
 
 Floats = NDArray[np.float64]
 
@@ -35,10 +35,11 @@ class GraspLikelihood:
     Parameters
     ----------
     patterns : ndarray of shape (n, n_switches), bool
+        One stands there once for each class that it was seen of.
     labels : ndarray of shape (n,), int64
         Class of each pattern.
     weights : ndarray of shape (n,), int64
-        How many grasps gave the pattern.
+        How many grasps of that class gave the pattern.
     n_classes : int
     beta : float
         Log odds of a switch reading right.
@@ -62,6 +63,11 @@ class GraspLikelihood:
     def n_known(self) -> int:
         """How many training grasps were held out."""
         return 0 if self.held is None else len(self.held.patterns)
+
+    @property
+    def learned(self) -> bool:
+        """Whether grasps of one class were seen in two groups, so that beta is learned and not assumed."""
+        return self.held is not None and self.held.fellows
 
     def judge(self, X: NDArray[np.bool_], beyond: ArrayLike = 0.0) -> tuple[Floats, Floats]:
         """Judge patterns.
@@ -100,29 +106,35 @@ class GraspLikelihood:
         return _posterior(np.where(held.left > 0, distance, np.inf), self.labels, held.left, self.n_classes, beta)
 
     def nearest(self, X: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Index of the nearest training pattern (the first of equals) and its distance in switches."""
-        index, distance = np.zeros((2, len(X)), dtype=np.int64)
-        for rows in _chunks(len(X), len(self.patterns)):
-            all_of_them = hamming(X[rows], self.patterns)
-            index[rows] = all_of_them.argmin(axis=1)
-            distance[rows] = all_of_them.min(axis=1)
-        return index, distance
+        """Return `nearest_pattern` of the training patterns."""
+        return nearest_pattern(X, self.patterns)
 
 
 def learn_likelihood(
     grasps: TrainingGrasps, groups: NDArray[np.int64] | None = None, beyond: Floats | float = 0.0
 ) -> GraspLikelihood:
-    """Find beta on training grasps that are held out; arguments as of `hold_out`."""
-    held = hold_out(grasps, groups, beyond)
-    learned = GraspLikelihood(grasps.patterns, grasps.labels, grasps.weights, grasps.n_classes, 1.0, held)
+    """Find beta on training grasps that are held out, contradictory ones too; arguments as of `hold_out`."""
+    seen = grasps.seen
+    held = hold_out(seen, groups, beyond)
+    assumed = GraspLikelihood(seen.patterns, seen.labels, seen.weights, grasps.n_classes, 1.0, held)
     if held is None or not held.fellows:
-        return learned
-    distance, truth = hamming(grasps.patterns[held.patterns], grasps.patterns), grasps.labels[held.patterns]
+        return assumed
+    distance, truth = hamming(seen.patterns[held.patterns], seen.patterns), seen.labels[held.patterns]
     loss = []
     for beta in _BETAS.tolist():
-        p, _ = learned._to_others(distance, held, beta)
+        p, _ = assumed._to_others(distance, held, beta)
         loss.append(-np.log(np.maximum(p[np.arange(len(p)), truth], 1e-12)).mean())
-    return replace(learned, beta=float(_BETAS[int(np.argmin(loss))]))
+    return replace(assumed, beta=float(_BETAS[int(np.argmin(loss))]))
+
+
+def nearest_pattern(X: NDArray[np.bool_], patterns: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Index of the nearest pattern (the first of equals) and its distance in switches; 0 and 0 where there is none."""
+    index, distance = np.zeros((2, len(X)), dtype=np.int64)
+    for rows in _chunks(len(X), len(patterns)):
+        all_of_them = hamming(X[rows], patterns)
+        index[rows] = all_of_them.argmin(axis=1)
+        distance[rows] = all_of_them.min(axis=1)
+    return index, distance
 
 
 def hamming(a: NDArray[np.bool_], b: NDArray[np.bool_]) -> NDArray[np.float32]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from varishold.grasp.comparison import FEWEST_TELLING, as_good, deal_folds, noisy_copies
 from varishold.grasp.compiled import CompiledCircuit
-from varishold.grasp.likelihood import GraspLikelihood
+from varishold.grasp.likelihood import nearest_pattern
 from varishold.grasp.modes import MODES, ModeOptions
 from varishold.grasp.modes.decoders import DEFAULT_DECODER
 from varishold.grasp.training import TrainingGrasps
@@ -64,16 +64,16 @@ def choose_mode(grasps: TrainingGrasps, options: ModeOptions) -> str:
     return next(name for name, hits in right.items() if as_good(hits, right[DEFAULT_MODE]))
 
 
-def remark_on_noise(circuit: CompiledCircuit, likelihood: GraspLikelihood, mode: str) -> str | None:
+def remark_on_noise(circuit: CompiledCircuit, grasps: TrainingGrasps, flip_rate: float, mode: str) -> str | None:
     """Say that the circuit bears wrong switches badly, where the nearest training grasp bears them well."""
     rng = np.random.default_rng(0)
-    asked = rng.permutation(len(likelihood.patterns))[:_ASKED]
-    rate = min(_MOST_NOISE, likelihood.flip_rate)
-    copies = max(1, min(_COPIES, _COPIED_SWITCHES // max(1, len(asked) * likelihood.patterns.shape[1])))
-    noisy = noisy_copies(likelihood.patterns[asked], copies, rate, rng)
-    truth = np.repeat(likelihood.labels[asked], copies)
+    asked = rng.permutation(len(grasps))[:_ASKED]
+    rate = min(_MOST_NOISE, flip_rate)
+    copies = max(1, min(_COPIES, _COPIED_SWITCHES // max(1, len(asked) * grasps.n_switches)))
+    noisy = noisy_copies(grasps.patterns[asked], copies, rate, rng)
+    truth = np.repeat(grasps.labels[asked], copies)
     right = float(np.mean(circuit.evaluate(noisy) == truth)) if len(truth) else 1.0
-    nearest = float(np.mean(likelihood.labels[likelihood.nearest(noisy)[0]] == truth)) if len(truth) else 1.0
+    nearest = float(np.mean(grasps.labels[nearest_pattern(noisy, grasps.patterns)[0]] == truth)) if len(truth) else 1.0
     if right >= nearest - _BEHIND:
         return None
     other = "" if mode == DEFAULT_MODE else f"; mode {DEFAULT_MODE!r} does better with many objects or switches"

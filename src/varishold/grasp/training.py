@@ -8,7 +8,32 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["TrainingGrasps", "distinct_rows", "enemy_pairs", "training_grasps"]
+__all__ = ["SeenGrasps", "TrainingGrasps", "distinct_rows", "enemy_pairs", "training_grasps"]
+
+
+@dataclass(frozen=True, eq=False)
+class SeenGrasps:
+    """Every pattern with every class that it was seen of: what probabilities are learned from.
+
+    Parameters
+    ----------
+    patterns : ndarray of shape (n, n_switches), bool
+        Lexicographically sorted; one stands there once for each of its classes.
+    labels : ndarray of shape (n,), int64
+        Class of each, an index into `TrainingGrasps.classes`.
+    weights : ndarray of shape (n,), int64
+        How many training grasps of that class gave the pattern.
+    owners : ndarray of shape (n_rows,), int64
+        Which of them each training row is.
+    """
+
+    patterns: NDArray[np.bool_]
+    labels: NDArray[np.int64]
+    weights: NDArray[np.int64]
+    owners: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.patterns)
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +62,8 @@ class TrainingGrasps:
         the class with most of its grasps; where no class has most, it is not learned.
     owners : ndarray of shape (n_rows,), int64
         Which pattern each training row has taught; -1 where it contradicts the one that was learned.
+    seen : SeenGrasps
+        All training grasps, contradictory ones too.
     """
 
     patterns: NDArray[np.bool_]
@@ -44,6 +71,7 @@ class TrainingGrasps:
     weights: NDArray[np.int64]
     numbers: NDArray[np.int64]
     classes: tuple[Hashable, ...]
+    seen: SeenGrasps
     duplicates: tuple[tuple[int, ...], ...] = ()
     contradictions: tuple[tuple[int, ...], ...] = ()
     owners: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
@@ -117,10 +145,19 @@ def training_grasps(patterns: NDArray[np.bool_], labels: Sequence[Hashable]) -> 
         weights=most[settled],
         numbers=numbers[settled] + 1,
         classes=tuple(names[k] for k in order),
+        seen=_seen(distinct, inverse, rank[codes]),
         duplicates=tuple(sorted(duplicates)),
         contradictions=tuple(sorted(contradictions)),
         owners=np.where(settled[inverse] & (winner[inverse] == codes), np.cumsum(settled)[inverse] - 1, -1),
     )
+
+
+def _seen(distinct: NDArray[np.bool_], inverse: NDArray[np.int64], labels: NDArray[np.int64]) -> SeenGrasps:
+    """Return what was seen; `inverse` and `labels` are each row's pattern and class."""
+    pairs, owners, weights = np.unique(
+        np.column_stack([inverse, labels]), axis=0, return_inverse=True, return_counts=True
+    )
+    return SeenGrasps(distinct[pairs[:, 0]], pairs[:, 1], weights.astype(np.int64), owners.ravel().astype(np.int64))
 
 
 def _first(inverse: NDArray[np.int64], codes: NDArray[np.int64], k: int, code: int) -> int:
