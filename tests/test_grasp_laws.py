@@ -366,6 +366,31 @@ def test_thresholds_stand_where_their_strategy_says(seed: int, levels: int) -> N
         np.testing.assert_array_equal(column >= told[0], y)
 
 
+@few
+@given(
+    st.floats(-1e6, 1e6), st.floats(1e-3, 1e3), st.integers(2, 5), st.sampled_from(["quantile", "even", "supervised"])
+)
+def test_the_values_of_a_channel_of_few_are_told_apart_whatever_its_unit(
+    rest: float, step: float, n_values: int, strategy: str
+) -> None:
+    values = rest + step * np.arange(n_values)
+    column = np.repeat(values, 3)
+    bits = (
+        ThresholdEncoder(strategy, levels=4)
+        .fit(column[:, None], np.arange(len(column)) // 3)
+        .transform(values[:, None])
+    )
+    assert (np.diff(bits.sum(axis=1)) >= 1).all()
+    # What rests is off, but where nothing ever changes.
+    assert not bits[0].any()
+
+
+def test_a_switch_in_volts_is_a_switch() -> None:
+    for low, high in ((0.0, 3.3), (0.1, 1.1), (-2e-9, 1e-9), (1e6 + 0.1, 1e6 + 0.2)):
+        read = np.array([low, high] * 5)[:, None]
+        np.testing.assert_array_equal(ThresholdEncoder().fit(read).transform(read), read == high)
+
+
 def test_a_channel_is_counted_finely_enough_for_its_range_and_coarsely_enough_for_the_circuit() -> None:
     rng = np.random.default_rng(0)
     X = np.column_stack(

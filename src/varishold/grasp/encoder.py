@@ -183,9 +183,17 @@ class ThresholdEncoder(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         else:
             assert classes is not None
             wanted = _telling(column, classes, self.levels)
-        # Rounded up to a whole count: a value that is one compares with both alike.
-        counted = np.ceil(wanted / step)
-        return np.unique(counted) * step
+        return np.unique(_whole_counts(column, wanted, step)) * step
+
+
+def _whole_counts(column: NDArray[np.float64], wanted: NDArray[np.float64], step: float) -> NDArray[np.float64]:
+    """Return thresholds in whole counts that part the training values as those that are wanted do."""
+    values = np.sort(column)
+    first = np.minimum(np.searchsorted(values, wanted), len(values) - 1)
+    reaching, below = values[first], np.where(first > 0, values[first - 1], -np.inf)
+    up, down = np.ceil(wanted / step), np.floor(reaching / step)
+    # A value between counts, on which a threshold lies, would not reach the count above it.
+    return np.where((up * step > reaching) & (down * step > below), down, up)
 
 
 def _resolution(column: NDArray[np.float64]) -> float:
