@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sklearn.exceptions import NotFittedError
 
 from varishold import HyperplaneClassifier, InputError, Pad, Recording, ThresholdEncoder, find_contacts, recognize
 from varishold.grasp import fit_model
@@ -56,6 +57,23 @@ def classifier(**options: Any) -> HyperplaneClassifier:
         (lambda: classifier(max_hyperplanes=2.5), "max_hyperplanes must be positive or None, got 2.5"),
         (lambda: classifier(max_hyperplanes=10**30), "max_hyperplanes must be positive or None, got 1000"),
         (lambda: classifier(random_state="x"), "random_state must be a whole number from 0 on, got 'x'"),
+        (
+            lambda: classifier(binarize=np.nan),
+            "binarize must be a number, above which a switch is on, or None, got nan",
+        ),
+        (lambda: classifier(binarize="0"), "binarize must be a number, above which a switch is on, or None, got '0'"),
+        (lambda: classifier(binarize=True), "binarize must be a number, .* got True"),
+        (lambda: classifier(time_limit_s=-1), "time_limit_s must be a number from 0 on, got -1"),
+        (lambda: classifier(time_limit_s=np.nan), "time_limit_s must be a number from 0 on, got nan"),
+        (lambda: HyperplaneClassifier().fit(SWITCHES, ["a"] * 6), "two classes to tell apart, got 1 class: 'a'$"),
+        (
+            lambda: HyperplaneClassifier().fit(SWITCHES, OBJECTS, [None] * 6),
+            "groups must be one a grasp, 6 of them, all",
+        ),
+        (
+            lambda: classifier().predict_or_reject(SWITCHES, min_probability=np.nan),
+            "min_probability must be a number, got nan",
+        ),
         (lambda: classifier(variants=[[0], [1, 2]]), "variants must be integers .* got rows of different lengths"),
         (lambda: HyperplaneClassifier().fit(SWITCHES, OBJECTS, [[0], [1, 2]]), "groups must be one a grasp, 6 of them"),
         (lambda: classifier().explain([[0], [1, 2]]), "a grasp must be a row of 6 switches, got rows of different"),
@@ -92,6 +110,12 @@ def test_it_is_refused_in_one_line(call: Callable[[], Any], says: str) -> None:
     with pytest.raises(InputError, match=says) as caught:
         call()
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("ask", [lambda c: c.explain(SWITCHES[0]), lambda c: c.outside([0.1]), lambda c: c.remarks_])
+def test_what_was_not_fitted_says_so(ask: Callable[[HyperplaneClassifier], Any]) -> None:
+    with pytest.raises(NotFittedError, match="not fitted yet"):
+        ask(HyperplaneClassifier())
 
 
 def test_a_table_takes_whole_numbers_and_lists() -> None:

@@ -146,13 +146,17 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
             check_classification_targets(y)
         patterns, _ = self._switches(X)
         labels, codes = np.unique(y, return_inverse=True)
-        require(len(labels) > 1, f"y must hold at least two classes to tell apart, got 1 class: {labels[0]!r}")
+        require(len(labels) > 1, f"y must hold at least two classes to tell apart, got 1 class: {labels.tolist()[0]!r}")
         self._check_options()
         n = len(patterns)
         must = f"groups must be one a grasp, {n} of them"
         named = np.arange(n) if groups is None else as_given(groups, must)
         require(named.shape == (n,), f"{must}, got shape {named.shape}")
-        self._learn(patterns, labels, codes, np.unique(named, return_inverse=True)[1], np.zeros(n), keep=None)
+        try:
+            _, together = np.unique(named, return_inverse=True)
+        except TypeError as error:
+            raise InputError(f"{must}, all names or all numbers: {error}") from None
+        self._learn(patterns, labels, codes, together, np.zeros(n), keep=None)
         return self
 
     def predict(self, X: ArrayLike) -> NDArray[Any]:
@@ -212,11 +216,14 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
             there are too few training grasps for that, it is stranger than all of them; or where the answer's
             probability is below `min_probability`.
         """
+        limit = min_probability
+        require(is_number(limit) and np.isfinite(limit), f"min_probability must be a number, got {limit!r}")
         labels, probabilities, p_values = self.judge(X)
         return labels, self.outside(p_values) | (probabilities.max(axis=1) < min_probability)
 
     def outside(self, p_values: ArrayLike) -> NDArray[np.bool_]:
         """Tell which p-values are those of grasps outside of what was learned, shape (n_grasps,)."""
+        check_is_fitted(self)
         return np.asarray(np.asarray(p_values) <= self._limit)
 
     @property
@@ -235,6 +242,7 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         Explanation
             Prints as a few lines.
         """
+        check_is_fitted(self)
         read = as_given(v, f"a grasp must be a row of {self.n_features_in_} switches")
         patterns, _ = self._checked(read.reshape(1, -1), finite="allow-nan")
         (k,), (distance,) = nearest_pattern(patterns, self.grasps_.patterns)
@@ -327,6 +335,10 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         counts = isinstance(most, int | np.integer) and 1 <= most <= _MOST_HYPERPLANES
         require(most is None or counts, f"max_hyperplanes must be positive or None, got {most!r}")
         seeds = isinstance(seed, int | np.integer) and seed >= 0
+        cut, seconds = self.binarize, self.time_limit_s
+        threshold = cut is None or (is_number(cut) and np.isfinite(cut))
+        require(threshold, f"binarize must be a number, above which a switch is on, or None, got {cut!r}")
+        require(is_number(seconds) and seconds >= 0, f"time_limit_s must be a number from 0 on, got {seconds!r}")
         require(seeds, f"random_state must be a whole number from 0 on, got {seed!r}")
 
     def _learn(
