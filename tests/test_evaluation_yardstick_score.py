@@ -118,6 +118,10 @@ class TestScore:
         assert [one.to_dict() for one in found] == [scored(f, tested=name).to_dict() for name, f in functions.items()]
         with pytest.raises(InputError, match="functions must hold one"):
             score_functions({}, **SMALL)
+        with pytest.raises(InputError, match="functions must be a Mapping, each by what it is called, got list"):
+            score_functions(list(functions.values()), **SMALL)
+        with pytest.raises(InputError, match="mine: is no function but str"):
+            score_functions({"mine": "odd:names"}, **SMALL)
 
     def test_the_shipped_names_answer_as_they_do(self) -> None:
         (found,) = scored(shipped_names).shapes
@@ -142,7 +146,18 @@ class TestScore:
         assert not YardstickScore("f", FRAMES - 1, SEED, ()).standard
         assert not YardstickScore("f", FRAMES, 0, ()).standard
 
-    @pytest.mark.parametrize("options", [{"shapes": [(9, 9)]}, {"shapes": []}, {"frames": 0}, {"seed": -1}])
+    @pytest.mark.parametrize(
+        "options",
+        [
+            {"shapes": [(9, 9)]},
+            {"shapes": []},
+            {"shapes": (16, 16)},
+            {"frames": 0},
+            {"frames": 2.5},
+            {"seed": -1},
+            {"seed": "a"},
+        ],
+    )
     def test_what_is_not_drawn_is_told(self, options) -> None:
         with pytest.raises(InputError, match=f"{next(iter(options))} must be"):
             scored(lambda frame: "cone", **options)

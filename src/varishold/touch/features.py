@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from itertools import combinations, product
 from typing import Any, Literal
 
@@ -264,9 +265,11 @@ class SurfaceFeatures(TransformerMixin, BaseEstimator):  # type: ignore[misc]
     def _fitting_shape(self, frame_shape: tuple[int, ...] | None, n_values: int) -> tuple[int, ...]:
         if self.shape is None:
             return frame_shape or squarest_grid(n_values)
-        shape = tuple(int(n) for n in self.shape)
-        if len(shape) not in (2, 3) or min(shape) < 1:
+        sizes = () if isinstance(self.shape, str) or not isinstance(self.shape, Iterable) else tuple(self.shape)
+        whole = all(isinstance(n, int | np.integer) and n > 0 for n in sizes)
+        if len(sizes) not in (2, 3) or not whole:
             raise InputError(f"shape must be (rows, cols) or (pads, rows, cols), got {self.shape!r}")
+        shape = tuple(map(int, sizes))
         if frame_shape is not None and frame_shape != shape:
             raise InputError(f"frames must have shape {shape}, as `shape` says, got {frame_shape}")
         if math.prod(shape) != n_values:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError, Interrupted
+from varishold.errors import InputError, Interrupted, require_a
 from varishold.evaluation.figures import Figure, share_figure
 from varishold.evaluation.scores import SURE, calibration_error
 from varishold.evaluation.yardstick.answers import Told, outline_of, read_answer
@@ -218,14 +218,19 @@ def score_functions(
     InputError
         As for `score_function`.
     """
+    require_a(Mapping, functions, "functions", "each by what it is called")
     if not functions:
         raise InputError("functions must hold one function at least")
-    if not shapes or any(tuple(shape) not in SHAPES for shape in shapes):
-        raise InputError(f"shapes must be some of {SHAPES}, got {tuple(shapes)}", parameter="shape")
-    if frames < 1:
-        raise InputError(f"frames must be 1 at least, got {frames}", parameter="frames")
-    if seed < 0:
-        raise InputError(f"seed must be 0 at least, got {seed}", parameter="seed")
+    for name, function in functions.items():
+        if not callable(function):
+            raise InputError(f"{name}: is no function but {type(function).__name__}")
+    wanted = [tuple(each) if isinstance(each, Sequence) else each for each in shapes]
+    if not wanted or any(each not in SHAPES for each in wanted):
+        raise InputError(f"shapes must be some of {SHAPES}, got {tuple(wanted)}", parameter="shape")
+    if not isinstance(frames, int | np.integer) or frames < 1:
+        raise InputError(f"frames must be a whole number, 1 at least, got {frames!r}", parameter="frames")
+    if not isinstance(seed, int | np.integer) or seed < 0:
+        raise InputError(f"seed must be a whole number, 0 at least, got {seed!r}", parameter="seed")
     changes = tuple(dict.fromkeys(row.change for row in ROWS))
     each = len(changes) + len(functions) * len(ROWS)
     tick(total=len(shapes) * len(SCORED_MEDIA) * each * len(KINDS) * frames)
