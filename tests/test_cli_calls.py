@@ -214,6 +214,11 @@ def test_a_height_map_is_pressed_where_it_lies(monkeypatch: pytest.MonkeyPatch, 
         assert told["pose"] is None
     with pytest.raises(InputError, match="a height map lies where it is; --x-m, --y-m, --yaw-rad and --tip-"):
         run("skin", "press", tmp_path / "face.npy", "--tip-y", "0.1")
+    np.save(tmp_path / "tall.npy", np.diag(np.arange(3.0)))
+    with pytest.raises(InputError, match=r"tall.npy: is 2 m high, of 1 m at most; write heights in metres"):
+        run("skin", "press", tmp_path / "tall.npy")
+    with pytest.raises(InputError, match=r"a cone is 1 m large at most, got 16; write --size-m in metres"):
+        run("skin", "press", "cone", "--size-m", "16")
     with pytest.raises(InputError, match="a height map has its own size; --size-m is for solids"):
         run("skin", "press", tmp_path / "face.npy", "--size-m", "0.1")
 

@@ -375,6 +375,12 @@ SAMPLES: dict[str, bytes] = {
 }
 
 
+def test_no_file_is_called_as_standard_input_is() -> None:
+    for path in ("-", Path("-")):
+        with pytest.raises(InputError, match=r"^-: a file is not written to standard output; name one$"):
+            check_output(path, "model", force=True)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_only_its_own_kind_is_replaced_and_an_empty_file(tmp_path: Path, kind: str) -> None:
     path = tmp_path / "it"

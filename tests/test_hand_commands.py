@@ -71,6 +71,7 @@ def test_people_get_a_table(run: Callable[..., Ran]) -> None:
         (("grasp", "cylinder", "--size-m", "0.3"), "size of the cylinder must lie in [0.035, 0.125] m"),
         (("grasp", "plane", "--size-m", "0.07"), "a plane is only a face and has no body to grip"),
         (("grasp", "cylinder", "--size-m", "0.09", "--seed", "-1"), "seed must be a whole number from 0 on, got -1"),
+        (("collect", "--objects", "cylinder:", "-o", "t.csv"), "--objects takes NAME:SIZE_M as in cylinder:0.09"),
         (("collect", "--objects", "cylinder:big", "-o", "t.csv"), "--objects takes NAME:SIZE_M as in cylinder:0.09"),
         (("collect", "--objects", "cylinder", "--steps", "x", "-o", "t.csv"), "--steps takes numbers between commas"),
         (("collect", "--objects", "cylinder", "-o", "no/where/t.csv"), "no/where"),

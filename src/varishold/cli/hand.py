@@ -123,10 +123,10 @@ def _jobs(objects: list[str], sizes_m: list[float], grasps: int, seed: int) -> l
 
     wanted: list[tuple[str, float]] = []
     for word in (word.strip() for text in objects for word in text.replace(",", " ").split()):
-        name, _, size = word.partition(":")
+        name, sized, size = word.partition(":")
         if word == "table5":
             wanted.extend(TABLE_5_OBJECTS)
-        elif size:
+        elif sized:
             try:
                 wanted.append((name, float(size)))
             except ValueError:

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 _SKIN = "Skin file (TOML); default: a layer of 6 mm, Poisson's ratio .45, taxels 1 mm deep."
 _MAP_SUFFIXES = (".npy", ".csv", ".txt")
+# Whoever names a larger thing for a pad means millimetres.
+_LARGEST_M = 1.0
 
 
 def register(app: Commands) -> None:
@@ -194,10 +196,15 @@ def _body(name: str, size_m: float | None) -> Solid | NDArray[np.float64]:
         known_solid(form)
         if size_m is None:
             raise InputError(f"a {name} needs --size-m, its diameter or breadth in metres")
+        if _LARGEST_M < size_m < float("inf"):
+            raise InputError(f"a {name} is {_LARGEST_M:g} m large at most, got {size_m:g}; write --size-m in metres")
         return solid_of_size(form, size_m)
     if size_m is not None:
         raise InputError("a height map has its own size; --size-m is for solids")
-    return read_height_map(name)
+    heights = read_height_map(name)
+    if (high := float(heights.max() - heights.min())) > _LARGEST_M:
+        raise InputError(f"{name}: is {high:g} m high, of {_LARGEST_M:g} m at most; write heights in metres")
+    return heights
 
 
 def _write(path: Path, pressed: PressedSolid, frame: NDArray[np.float64], unit: str) -> None:

@@ -103,6 +103,8 @@ def check_output(
     InputError
         If it is one of the inputs by whatever name, is there and of another kind, or cannot be written.
     """
+    if os.fspath(path) == "-":
+        raise InputError("-: a file is not written to standard output; name one")
     for read in inputs:
         if _same(path, read):
             raise InputError(f"{path}: is read by this very call; name another file to write to")

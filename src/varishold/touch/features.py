@@ -265,7 +265,8 @@ class SurfaceFeatures(TransformerMixin, BaseEstimator):  # type: ignore[misc]
     def _fitting_shape(self, frame_shape: tuple[int, ...] | None, n_values: int) -> tuple[int, ...]:
         if self.shape is None:
             return frame_shape or squarest_grid(n_values)
-        sizes = () if isinstance(self.shape, str) or not isinstance(self.shape, Iterable) else tuple(self.shape)
+        given: Any = self.shape
+        sizes = () if isinstance(given, str) or not isinstance(given, Iterable) else tuple(given)
         whole = all(isinstance(n, int | np.integer) and n > 0 for n in sizes)
         if len(sizes) not in (2, 3) or not whole:
             raise InputError(f"shape must be (rows, cols) or (pads, rows, cols), got {self.shape!r}")
