@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import optimize
 
 from varishold.errors import FormatError, InputError
 from varishold.grasp import HyperplaneClassifier, ThresholdEncoder, fit_model, read_model, shift_variants, write_model
@@ -365,6 +366,30 @@ def test_a_smallest_cover_is_as_small_as_any(seed):
         assert _by_integer_program(cover, own, None, size, size, 5.0) == (None, size)
         _, proved = _by_integer_program(cover, own, None, size, 1, 5.0)
         assert proved == size
+
+
+@pytest.mark.parametrize(("taken_s", "left_s"), [(3.0, 2.0), (5.0, None)])
+def test_the_relaxation_takes_of_the_time_of_the_integer_program(monkeypatch, taken_s, left_s):
+    clock, limits = [0.0], []
+    solve = optimize.linprog, optimize.milp
+
+    def relaxed(*given, **options):
+        limits.append(options["options"]["time_limit"])
+        clock[0] += taken_s
+        found = solve[0](*given, **options)
+        found.fun = 1.0  # nothing is proved
+        return found
+
+    def program(*given, **options):
+        limits.append(options["options"]["time_limit"])
+        return solve[1](*given, **options)
+
+    monkeypatch.setattr(optimize, "linprog", relaxed)
+    monkeypatch.setattr(optimize, "milp", program)
+    monkeypatch.setattr("varishold.grasp.cover.monotonic", lambda: clock[0])
+    found = _by_integer_program(np.eye(3, dtype=np.bool_), np.arange(3), None, 4, 1, 5.0)
+    assert limits == [5.0, *([] if left_s is None else [left_s])]
+    assert found == ((None, 1) if left_s is None else ([0, 1, 2], 3))
 
 
 # ---- the classifier

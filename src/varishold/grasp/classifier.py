@@ -63,7 +63,7 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         Every training grasp is also learned as it would read when switch k said what switch
         ``variants[m][k]`` says (-1: nothing, off): a tolerance of shifts, as `shift_variants` makes it.
     time_limit_s : float, default 10.0
-        Seconds that the integer program of ``paper`` may take; with 0 the set is greedy.
+        Seconds that the integer program of ``paper`` may take, its relaxation included; with 0 the set is greedy.
     error : float, default 0.05
         Share of grasps of known objects that are rejected, as if they were outside of what was learned.
     random_state : int, default 0

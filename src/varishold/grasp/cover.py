@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from time import monotonic
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,7 @@ def smallest_cover(
     lower : int
         No cover is smaller.
     time_limit_s : float
-        Seconds for the integer program; 0 looks for nothing.
+        Seconds for the integer program, its relaxation included; 0 looks for nothing.
 
     Returns
     -------
@@ -122,14 +123,23 @@ def _by_integer_program(
 
     m = cover.shape[1]
     table = csr_matrix(cover.astype(np.float64))
-    # The relaxation alone is quick and proves most of what the program would.
+    # The relaxation alone is most often quick, and proves most of what the program would.
+    begun = monotonic()
     relaxed = linprog(
-        np.ones(m), A_ub=-cover.astype(np.float64), b_ub=-np.ones(len(cover)), bounds=(0, 1), method="highs-ds"
+        np.ones(m),
+        A_ub=-cover.astype(np.float64),
+        b_ub=-np.ones(len(cover)),
+        bounds=(0, 1),
+        method="highs-ds",
+        options={"time_limit": time_limit_s},
     )
+    left_s = time_limit_s - (monotonic() - begun)
     if relaxed.status == 0 and relaxed.fun is not None:
         lower = max(lower, math.ceil(relaxed.fun - 1e-6))
     if size <= lower:
         return best, size
+    if left_s <= 0:
+        return best, lower
     result = milp(
         np.ones(m),
         integrality=np.ones(m, dtype=np.int64),
@@ -139,7 +149,7 @@ def _by_integer_program(
             LinearConstraint(np.ones((1, m)), lower, size),
         ],
         # Presolving a dense cover takes many times the time limit, which it does not heed.
-        options={"time_limit": time_limit_s, "mip_rel_gap": 0.0, "presolve": False},
+        options={"time_limit": left_s, "mip_rel_gap": 0.0, "presolve": False},
     )
     bound = getattr(result, "mip_dual_bound", None)
     proved = math.ceil(bound - 1e-6) if bound is not None and np.isfinite(bound) else lower
