@@ -80,6 +80,10 @@ def classifier(**options: Any) -> HyperplaneClassifier:
         (lambda: classifier().add_class(SWITCHES[:2], MANY), "label must be one name, of the same kind as 'a'"),
         (lambda: classifier().add_class(SWITCHES[:2], None), "label must be one name, .* got None"),
         (lambda: classifier().add_class(SWITCHES[:2], 7), "label must be one name, .* got 7"),
+        (
+            lambda: HyperplaneClassifier("vote").fit(SWITCHES, np.arange(6) // 2).add_class(SWITCHES[:2], np.nan),
+            "label must be one name, .* got nan",
+        ),
         (lambda: ThresholdEncoder(MANY).fit(FRAMES[0]), "strategy must be quantile, even or supervised"),  # type: ignore[arg-type]
         (lambda: ThresholdEncoder(levels="4").fit(FRAMES[0]), "levels must lie between 1 and 1024, got '4'"),  # type: ignore[arg-type]
         (lambda: ThresholdEncoder(levels=2.5).fit(FRAMES[0]), "levels must lie between 1 and 1024, got 2.5"),  # type: ignore[arg-type]

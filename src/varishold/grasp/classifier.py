@@ -272,7 +272,7 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         """
         patterns, _ = self._checked(X)
         alike = isinstance(label, str) if isinstance(self.classes_[0], str) else np.asarray(label).dtype.kind in "biuf"
-        if np.ndim(label) or not alike:
+        if np.ndim(label) or not alike or label != label:
             raise InputError(f"label must be one name, of the same kind as {str(self.classes_[0])!r}, got {label!r}")
         old_labels = self.classes_[self._codes]
         labels, codes = np.unique(np.concatenate([old_labels, np.full(len(patterns), label)]), return_inverse=True)
