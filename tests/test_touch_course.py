@@ -196,6 +196,12 @@ def test_the_transformer_says_which_grasp_is_wrong():
         features.transform([good[0]])
     with pytest.raises(InputError, match="grasp 0 has the pads pad_0, those of fit were pad_0, pad_1"):
         features.transform([(good[0][:, :1], good[1])])
+    rows, cols = good[0].shape[-2:]
+    narrow = f"grasp 1: its pad pad_0 has {rows} x {cols - 1} taxels, that of fit had {rows} x {cols}"
+    with pytest.raises(InputError, match=narrow):
+        features.transform([good, (good[0][..., 1:], good[1])])
+    with pytest.raises(InputError, match="times must be numbers, got 'soon'"):
+        LoadingFeatures(times="soon").fit([good])
     with pytest.raises(InputError, match="at least one grasp"):
         LoadingFeatures().fit([])
     with pytest.raises(InputError, match="must be a sequence"):

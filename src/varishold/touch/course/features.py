@@ -12,7 +12,7 @@ from sklearn.utils.validation import check_is_fitted
 
 from varishold.errors import InputError
 from varishold.recording import Recording
-from varishold.touch.course.loading import Loading, as_grasp, grasp_floor, loading_features
+from varishold.touch.course.loading import Loading, as_grasp, as_moments, grasp_floor, loading_features
 
 __all__ = ["LoadingFeatures"]
 
@@ -117,9 +117,10 @@ class LoadingFeatures(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             rise = float(np.median(known)) if known.size else 1.0
             self.times_ = rise * np.geomspace(_FIRST_MOMENT, _LAST_MOMENT, self.times)
         else:
-            self.times_ = np.asarray(self.times, dtype=np.float64)
+            self.times_ = as_moments(self.times)
         first = self._measured(grasps[0], 0)
         self.names_, self.clock_ = first.names, first.clock
+        self._sizes_ = _sizes(grasps[0])
         for k, grasp in enumerate(grasps):
             self._compare(grasp, k)
         return self
@@ -188,7 +189,14 @@ class LoadingFeatures(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         clock = "frames" if grasp.time_s is None else "seconds"
         if clock != self.clock_:
             raise InputError(f"grasp {k} has times in {clock}, the grasps of fit in {self.clock_}")
-        heads = tuple(name.removesuffix("_touched") for name in self.names_ if name.endswith("_touched"))
-        pads = tuple(head for head in heads if not head.startswith(("mean_of_", "difference_of_")))
-        if tuple(grasp.pads) != pads:
-            raise InputError(f"grasp {k} has the pads {', '.join(grasp.pads)}, those of fit were {', '.join(pads)}")
+        pads, known = _sizes(grasp), self._sizes_
+        if list(pads) != list(known):
+            raise InputError(f"grasp {k} has the pads {', '.join(pads)}, those of fit were {', '.join(known)}")
+        for name, size in pads.items():
+            if size != known[name]:
+                raise InputError(f"grasp {k}: its pad {name} has {size} taxels, that of fit had {known[name]}")
+
+
+def _sizes(grasp: Recording) -> dict[str, str]:
+    """How many taxels each pad has, by its name."""
+    return {name: f"{pad.shape[0]} x {pad.shape[1]}" for name, pad in grasp.pads.items()}

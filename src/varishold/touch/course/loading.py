@@ -22,6 +22,7 @@ from varishold.recording import Pad, Recording
 __all__ = [
     "Loading",
     "as_grasp",
+    "as_moments",
     "course_names",
     "grasp_floor",
     "load_onsets",
@@ -222,13 +223,19 @@ def _checked_field(field: ArrayLike | None, shape: tuple[int, ...]) -> list[NDAr
     return list(np.broadcast_to(mask, shape))
 
 
-def _checked_options(times: ArrayLike, bands: Any, span: Any, floor: Any) -> Floats:
+def as_moments(times: ArrayLike) -> Floats:
+    """Return moments after the onset, shape (n_times,); raise `InputError` where they are none."""
     try:
         moments = np.asarray(times, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"times must be numbers, got {times!r}") from error
     if moments.ndim != 1 or not np.all(np.isfinite(moments) & (moments >= 0)):
         raise InputError("times must be one row of finite numbers, none negative: moments after the onset")
+    return moments
+
+
+def _checked_options(times: ArrayLike, bands: Any, span: Any, floor: Any) -> Floats:
+    moments = as_moments(times)
     if isinstance(bands, bool) or not isinstance(bands, (int, np.integer)) or bands < 0:
         raise InputError(f"bands must be a whole number, at least 0, got {bands!r}")
     for name, value, least in (("span", span, "above 0"), ("floor", floor, "not negative")):
