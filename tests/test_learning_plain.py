@@ -258,7 +258,9 @@ def test_learning_is_a_plain_search(case: str, monkeypatch: pytest.MonkeyPatch) 
             said[f"{name}.{one.power}"] = scores
             strange.setdefault(name, []).append(odd / view.typical)
     trust = choose_weights(said, truth)
-    assert learned.trust == trust
+    # Scores of many settings at once and of one alone differ in the last bit by some versions of NumPy and SciPy.
+    assert learned.trust.weights == pytest.approx(trust.weights, rel=1e-12)
+    assert learned.trust.mixing == pytest.approx(trust.mixing, rel=1e-12)
     p = fuse(said, trust)[np.arange(len(truth)), truth]
     assert learned.loss == pytest.approx(-p.mean())
     np.testing.assert_allclose(learned.known, strangest(strange.values()), rtol=1e-6)
