@@ -15,12 +15,11 @@ FRAMES_PER_KIND = 60
 _BREADTH = {32: (14.0, 24.0), 16: (9.0, 13.0)}
 
 
-def stranger(rng: np.random.Generator, shape: Height, side: int, medium: str) -> np.ndarray:
-    """Return a frame of a shape of random breadth, turn and place, without noise; its peak is 1."""
-    breadth = float(rng.uniform(*_BREADTH[side]))
+def strange_face(rng: np.random.Generator, shape: Height, breadth: float, pad: tuple[int, int]) -> Face:
+    """Return a shape of that breadth, taxels, on a pad of any shape; its turn and its place are drawn."""
     turn, depth = float(rng.uniform(0, 2 * np.pi)), 0.2 * breadth
-    free = max(side / 2 - 0.6 * breadth, 0.0)
-    dx, dy = rng.uniform(-free, free, 2)
+    free = np.maximum(np.array(pad[::-1]) / 2 - 0.6 * breadth, 0.0)
+    dx, dy = rng.uniform(-free, free)
 
     def gap(x: np.ndarray, y: np.ndarray) -> np.ndarray:
         x, y = (x - dx) * 2 / breadth, (y - dy) * 2 / breadth
@@ -29,7 +28,12 @@ def stranger(rng: np.random.Generator, shape: Height, side: int, medium: str) ->
         height = np.where(inside, shape(u, v), 0.0).astype(float)
         return np.where(height > 0, depth * (1 - height), np.inf)
 
-    face = Face("stranger", gap, depth, breadth)
+    return Face("stranger", gap, depth, breadth)
+
+
+def stranger(rng: np.random.Generator, shape: Height, side: int, medium: str) -> np.ndarray:
+    """Return a frame of a shape of random breadth, turn and place, without noise; its peak is 1."""
+    face = strange_face(rng, shape, float(rng.uniform(*_BREADTH[side])), (side, side))
     frame = height_map(face, side) if medium == "ideal" else pressed(face, side, medium, rng)
     return frame / frame.max()
 
