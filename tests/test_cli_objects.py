@@ -215,3 +215,19 @@ def test_a_library_of_unknown_sizes_is_listed(run: Any, tmp_path: Path) -> None:
     made = Library.from_examples({"a": [[Evidence("grasp", {"x": 0.1 * k})] for k in range(4)]})
     write_library(made, tmp_path / "a.npz")
     assert run("objects", "list", "--library", "a.npz")[1] == "a      4 examples  size unknown\n"
+
+
+@pytest.mark.parametrize(("words", "wanted"), [((), 30), (("--lumps", "0"), 0), (("--lumps", "70"), 70)])
+def test_as_many_lumps_as_are_asked_for_are_felt(
+    run: Any, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], wanted: int
+) -> None:
+    asked: list[dict[str, Any]] = []
+
+    def felt(setting: Any, **options: Any) -> Library:
+        asked.append(options)
+        return shipped_library().only(["sphere", "box"])
+
+    monkeypatch.setattr("varishold.exploration.hand_library.feel_library", felt)
+    status, said, _ = run("objects", "feel", "--examples", "30", *words, "-o", "own.npz", "--json")
+    assert (status, json.loads(said)["library"]) == (0, "own.npz")
+    assert [(options["examples"], options["lumps"]) for options in asked] == [(30, wanted)]

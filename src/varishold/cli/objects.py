@@ -137,11 +137,20 @@ def feel(
     output: Annotated[Path, Option("The library to write (NPZ).", short="-o"), Writes("library", ending=".npz")],
     hand: FeelingHandName = None,
     examples: Annotated[int, Option("How many times each of the ten objects is felt.", min=10, max=10_000)] = 50,
+    lumps: Annotated[
+        int | None,
+        Option(
+            "How many shapes made by chance are felt, once each: of more, strangers are noticed oftener. Default: "
+            "as many as --examples.",
+            min=0,
+            max=10_000,
+        ),
+    ] = None,
     seed: Annotated[int, Option("The same seed gives the same library.", min=0)] = 0,
     workers: Annotated[int | None, Option("Processes to work with. Default: one a processor.", min=1, max=4096)] = None,
     json: Annotated[bool, Option("Print one JSON object.")] = False,
 ) -> None:
-    """Let a hand feel the ten objects, and as many shapes made by chance, for a library of its own.
+    """Let a hand feel the ten objects, and shapes made by chance, for a library of its own.
 
     A call that was stopped goes on when repeated.
     """
@@ -157,10 +166,12 @@ def feel(
     setting = example_setting(hand_named(hand))
     kept = library_kept_beside(output, setting, seed=seed)
     with only_writer(output):
-        with progress_bar("examples", examples * (len(OBJECTS) + 1)) as update:
+        others = examples if lumps is None else lumps
+        with progress_bar("examples", examples * len(OBJECTS) + others) as update:
             made = feel_library(
                 setting,
                 examples=examples,
+                lumps=others,
                 seed=seed,
                 processes=workers,
                 keep=kept,
