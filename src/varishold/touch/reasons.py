@@ -175,10 +175,11 @@ def _cautions(surface: Surface) -> list[str]:
         )
     elif taxels < _FEW_TAXELS:
         said.append(f"only about {taxels:.0f} taxels touch: the outline is hardly resolved")
-    strange = surface.names["unknown"]
     sure = surface.name != "unknown" and surface.probability > _NEARLY_SURE
-    if sure and strange >= _TOLD and _times_strange(contact.packed) > 1:
-        said.append(f"{contact.n_taxels} taxels cannot exclude a form that has no name ({strange:.2f})")
+    if sure and _times_strange(contact.packed) > 1:
+        strange = sum(surface.kind_probability[_NAMED["unknown"]].tolist())
+        if strange >= _TOLD:
+            said.append(f"{contact.n_taxels} taxels cannot exclude a form that has no name ({strange:.2f})")
     profile = surface.profile
     if surface.form != "unknown" and any(profile.holes.tolist()):
         upper = profile.threshold > np.median(profile.threshold)
