@@ -44,7 +44,7 @@
  * took .3 % more of the right ones for .1 % of the strange. */
 #define FEW 48
 #define MOST_TIMES 8
-#define NO_SURER 0.85
+#define NO_SURER ((vh_real)0.85)
 /* Of the contacts that names were learned from. */
 #define MOST_SIDE 48
 
@@ -312,11 +312,14 @@ static void normalize(vh_real *p, int n)
         p[k] /= sum;
 }
 
-/* Returns the likeliest name, the likeliest kind of that name, and the name's probability: the sum of its kinds'. */
-static struct vh_answer likeliest(const struct vh_parameters *parameters, const vh_real *p)
+/* Returns the likeliest name, the likeliest kind of that name, and the name's probability: the sum of its kinds'.
+ * `strange` is that of the name of what has none, of which -1 is no name; 0 where there is none. */
+static struct vh_answer likeliest(const struct vh_parameters *parameters, const vh_real *p, int unknown,
+                                  vh_real *strange)
 {
     struct vh_answer best = {0, 0, -1};
 
+    *strange = 0;
     for (int name = 0; name < parameters->names; name++) {
         vh_real total = 0, most = -1;
         int kind = 0;
@@ -329,6 +332,8 @@ static struct vh_answer likeliest(const struct vh_parameters *parameters, const 
                 kind = k;
             }
         }
+        if (name == unknown)
+            *strange = total;
         if (total > best.probability) {
             best.name = name;
             best.kind = kind;
@@ -346,38 +351,32 @@ vh_real vh_times_strange(const struct vh_contact *contact)
 }
 
 /* Makes a name that is sure less so where few taxels touch, by what a stranger has; the name stays the likeliest. */
-static void weigh_strangers(const struct vh_contact *contact, const struct vh_parameters *parameters, vh_real *p,
-                            struct vh_answer *answer)
+static void weigh_strangers(const struct vh_parameters *parameters, vh_real times, int unknown, vh_real strange,
+                            vh_real *p, struct vh_answer *answer)
 {
-    vh_real times = vh_times_strange(contact), strange = 0, keep;
-    int unknown;
-
-    /* Things that were learned on the pad itself are no forms: their learning has met what few taxels show. */
-    if (parameters->stranger < 0 || parameters->plane < 0 || !(times > 1) || !(answer->probability > NO_SURER))
-        return;
-    unknown = parameters->name_of[parameters->stranger];
-    if (answer->name == unknown)
-        return;
-    for (int k = 0; k < parameters->kinds; k++)
-        strange += parameters->name_of[k] == unknown ? p[k] : 0;
-    if (!(strange > 0))
-        return;
     /* What has a name shares what is left, as before. */
-    keep = vh_most((1 - times * strange) / (1 - strange), (vh_real)NO_SURER / answer->probability);
+    vh_real keep = vh_most((1 - times * strange) / (1 - strange), NO_SURER / answer->probability);
+    vh_real gain = (1 - keep * (1 - strange)) / strange;
+
     for (int k = 0; k < parameters->kinds; k++)
-        p[k] *= parameters->name_of[k] == unknown ? (1 - keep * (1 - strange)) / strange : keep;
+        p[k] *= parameters->name_of[k] == unknown ? gain : keep;
     answer->probability *= keep;
 }
 
 void vh_decide(const struct vh_contact *contact, const struct vh_parameters *parameters, const struct vh_hints *hints,
                vh_real *logits, struct vh_answer *answer)
 {
+    /* Things that were learned on the pad itself are no forms: their learning has met what few taxels show. How many
+     * taxels touch is not known before the threshold has fallen. */
+    int forms = parameters->stranger >= 0 && parameters->plane >= 0 && !hints->early;
+    int unknown = forms ? parameters->name_of[parameters->stranger] : -1;
+    vh_real times = vh_times_strange(contact), strange;
+
     adjust(contact, parameters, hints, logits);
     normalize(logits, parameters->kinds);
-    *answer = likeliest(parameters, logits);
-    /* How many taxels touch is not known before the threshold has fallen. */
-    if (!hints->early)
-        weigh_strangers(contact, parameters, logits, answer);
+    *answer = likeliest(parameters, logits, unknown, &strange);
+    if (times > 1 && strange > 0 && answer->name != unknown && answer->probability > NO_SURER)
+        weigh_strangers(parameters, times, unknown, strange, logits, answer);
 }
 
 int vh_is_as_learned(const struct vh_contact *contact)
