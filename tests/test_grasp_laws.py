@@ -6,7 +6,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -370,6 +370,7 @@ def test_thresholds_stand_where_their_strategy_says(seed: int, levels: int) -> N
 @given(
     st.floats(-1e5, 1e5), st.floats(1e-3, 1e3), st.integers(2, 5), st.sampled_from(["quantile", "even", "supervised"])
 )
+@example(32768.0, 0.001953125, 3, "supervised")
 def test_the_values_of_a_channel_of_few_are_told_apart_whatever_its_unit(
     rest: float, step: float, n_values: int, strategy: str
 ) -> None:

@@ -213,8 +213,10 @@ def _telling(column: NDArray[np.float64], classes: NDArray[np.int64], levels: in
     from sklearn.tree import DecisionTreeClassifier
 
     tree = DecisionTreeClassifier(max_leaf_nodes=levels + 1, criterion="entropy", random_state=0)
-    tree.fit(column[:, None], classes)
-    splits = tree.tree_.threshold[tree.tree_.feature >= 0]
+    # It reads in single precision, in which steps far from zero are none.
+    low = float(column.min())
+    tree.fit((column - low)[:, None], classes)
+    splits = low + tree.tree_.threshold[tree.tree_.feature >= 0]
     return np.asarray(np.sort(splits) if len(splits) else [np.median(column)], dtype=np.float64)
 
 
