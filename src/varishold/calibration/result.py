@@ -117,7 +117,6 @@ class Calibration:
             "kind": self.kind,
             "presses": self.presses,
             **{f"{each.name}_error": each.error for each in self.findings},
-            **{f"{each.name}_error": each.error for each in self.findings},
             "unknown": list(self.unknown),
         }
 
