@@ -42,9 +42,7 @@ def tallies(pad: tuple[int, int], per_kind: int, seed: int) -> dict[float, Tally
     for k, kind in enumerate(KINDS):
         for index in range(per_kind):
             clean = taxels(on_grid(draw((seed, *pad, k, index), kind, index, pad), pad, _CELLS))
-            for spread, tally in result.items():
-                read = faults.gains(clean[None] / clean.max(), rng, spread)
-                tally.add((_ONE_KIND.get(kind, kind),), answer_of(faults.noise(read, rng, NOISE)[0]))
+            _read(result, clean, rng, _ONE_KIND.get(kind, kind))
     return result
 
 
@@ -56,10 +54,15 @@ def strange_tallies(pad: tuple[int, int], per_kind: int, seed: int) -> dict[floa
         for _ in range(per_kind):
             breadth = float(rng.uniform(*BREADTHS)) * min(pad)
             clean = taxels(on_grid(strange_face(rng, shape, breadth, pad), pad, _CELLS))
-            for spread, tally in result.items():
-                read = faults.gains(clean[None] / clean.max(), rng, spread)
-                tally.add(("unknown",), answer_of(faults.noise(read, rng, NOISE)[0]))
+            _read(result, clean, rng, "unknown")
     return result
+
+
+def _read(tallies_of: dict[float, Tally], clean: np.ndarray, rng: np.random.Generator, truth: str) -> None:
+    """Add the answers to a clean frame as pads of each spread of gains read it."""
+    for spread, tally in tallies_of.items():
+        read = faults.gains(clean[None] / clean.max(), rng, spread)
+        tally.add((truth,), answer_of(faults.noise(read, rng, NOISE)[0]))
 
 
 def sure(tally: Tally) -> tuple[float, float]:
