@@ -5,12 +5,12 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._cached import cached_property
 from varishold.frame.noise import frame_noise
 from varishold.kernel import address
 from varishold.levelset.columns import (

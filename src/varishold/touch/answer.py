@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from varishold._cached import cached_property
 from varishold.touch.surface import Sides, Surface
 from varishold.touch.top import top_height
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._cached import cached_property
 from varishold.kernel import address, bind, work_space
 
 __all__ = ["Decision", "KernelLayer", "KernelNetwork", "kernel_struct"]

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._cached import cached_property
 from varishold.files import let_go
 from varishold.frame.fault import blocks_of
 from varishold.frame.floor import noise_reach

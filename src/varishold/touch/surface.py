@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from dataclasses import dataclass, replace
-from functools import cached_property
 from operator import neg
 
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._cached import cached_property
 from varishold.errors import InputError
 from varishold.levelset.contact import Contact
 from varishold.levelset.profile import Profile
