@@ -22,7 +22,7 @@ from varishold.grasp import (
 )
 from varishold.grasp.certificate import certify, proved_flips
 from varishold.grasp.compiled import CompiledCircuit
-from varishold.grasp.likelihood import GraspLikelihood, hamming, learn_likelihood
+from varishold.grasp.likelihood import GraspLikelihood, hamming, learn_likelihood, nearest_pattern
 from varishold.grasp.modes.decoders import clearly_best, deal_folds, least_squares, nearest_code, one_against_one
 
 Patterns = NDArray[np.bool_]
@@ -139,7 +139,7 @@ def test_likelihood_falls_with_every_switch_by_the_same_odds(seed: int, beta: fl
     posterior, p_values = told.judge(V)
     np.testing.assert_allclose(posterior, mass / mass.sum(axis=1, keepdims=True), atol=1e-9)
     assert (p_values == 1).all(), "nothing was held out"
-    index, distance = told.nearest(V)
+    index, distance = nearest_pattern(V, told.patterns)
     np.testing.assert_array_equal(distance, (V[:, None] != X).sum(axis=2).min(axis=1))
     np.testing.assert_array_equal(index, (V[:, None] != X).sum(axis=2).argmin(axis=1))
 
@@ -161,7 +161,7 @@ def test_who_knows_no_grasp_holds_all_classes_alike() -> None:
     posterior, p_values = empty.judge(np.ones((2, 3), np.bool_))
     np.testing.assert_allclose(posterior, 0.25)
     assert p_values.tolist() == [1.0, 1.0]
-    index, distance = empty.nearest(np.ones((2, 3), np.bool_))
+    index, distance = nearest_pattern(np.ones((2, 3), np.bool_), empty.patterns)
     assert (index.tolist(), distance.tolist()) == ([0, 0], [0, 0])
 
 

@@ -16,7 +16,7 @@ from varishold.grasp import HyperplaneClassifier, Hyperplanes, bisectors, certif
 from varishold.grasp import held_out as held_out_module
 from varishold.grasp.compiled import CompiledCircuit
 from varishold.grasp.held_out import held_out_of, hold_out
-from varishold.grasp.likelihood import GraspLikelihood
+from varishold.grasp.likelihood import GraspLikelihood, nearest_pattern
 from varishold.grasp.modes import ModeOptions, decoders, paper, robust, vote
 from varishold.grasp.modes.decoders import DECODERS, least_squares, one_against_one
 from varishold.grasp.modes.learned import class_names, constant_circuit, term_scores, units_of
@@ -94,10 +94,10 @@ def test_any_number_of_patterns_is_judged_alike(monkeypatch: pytest.MonkeyPatch)
     rng = np.random.default_rng(0)
     told = GraspLikelihood(rng.random((6, 8)) < 0.5, np.arange(6) % 3, np.arange(1, 7), 3, 0.8)
     V = rng.random((11, 8)) < 0.5
-    whole = *told.judge(V), *told.nearest(V)
+    whole = *told.judge(V), *nearest_pattern(V, told.patterns)
     for entries in (1, 12, 13, 66):
         monkeypatch.setattr(likelihood, "_CHUNK_ENTRIES", entries)
-        for one, other in zip((*told.judge(V), *told.nearest(V)), whole, strict=True):
+        for one, other in zip((*told.judge(V), *nearest_pattern(V, told.patterns)), whole, strict=True):
             np.testing.assert_allclose(one, other, rtol=1e-12)
         step = max(1, entries // 6)
         assert [len(range(11)[rows]) for rows in likelihood._chunks(11, 6)] == [

@@ -105,10 +105,6 @@ class GraspLikelihood:
         """Return `_posterior` of training grasps by what is left when they are held out."""
         return _posterior(np.where(held.left > 0, distance, np.inf), self.labels, held.left, self.n_classes, beta)
 
-    def nearest(self, X: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return `nearest_pattern` of the training patterns."""
-        return nearest_pattern(X, self.patterns)
-
 
 def learn_likelihood(
     grasps: TrainingGrasps, groups: NDArray[np.int64] | None = None, beyond: Floats | float = 0.0

@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from varishold.grasp.likelihood import GraspLikelihood
+from varishold.grasp.likelihood import GraspLikelihood, nearest_pattern
 from varishold.grasp.training import distinct_rows
 
 __all__ = ["fill", "judge"]
@@ -26,7 +26,7 @@ def fill(patterns: NDArray[np.bool_], unknown: NDArray[np.bool_], likelihood: Gr
         return patterns
     filled = patterns.copy()
     for known, rows in _by_choice(~unknown):
-        nearest, _ = _part(likelihood, known.tobytes()).nearest(patterns[rows][:, known])
+        nearest, _ = nearest_pattern(patterns[rows][:, known], likelihood.patterns[:, known])
         filled[rows] = np.where(known, patterns[rows], likelihood.patterns[nearest])
     return filled
 
