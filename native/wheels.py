@@ -22,6 +22,8 @@ def main() -> None:
     parser.add_argument("platform", nargs="*", help=f"some of {', '.join(PLATFORMS)}; all where none is named")
     parser.add_argument("-o", "--output", type=Path, default=HERE.parent / "out" / "wheels")
     given = parser.parse_args()
+    if unknown := [platform for platform in given.platform if platform not in PLATFORMS]:
+        parser.error(f"there is no platform {unknown[0]!r}; choose among {', '.join(PLATFORMS)}")
     for platform in given.platform or PLATFORMS:
         subprocess.run(
             [sys.executable, "-m", "hatchling", "build", "--target", "wheel", "--directory", given.output.resolve()],

@@ -9,6 +9,7 @@ from zipfile import ZipFile
 import pytest
 
 from hostile.wheels import Wheel, bound, difference
+from native import wheels
 from native.build import PLATFORMS, build, machine, variants
 
 pytestmark = pytest.mark.skipif(machine("") != ("x86_64", "linux"), reason="its kernel serves as that of a wheel")
@@ -46,6 +47,19 @@ def test_every_platform_has_its_variants() -> None:
     assert machines["win_amd64"] == ("x86_64", "windows")
     assert set(variants("aarch64")) == {"baseline", "single"}
     assert "vh_contacts" in bound()
+
+
+def test_a_platform_that_is_not_known_is_refused_before_anything_is_built(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("subprocess.run", lambda *_, **__: pytest.fail("a wheel was begun"))
+    monkeypatch.setattr("sys.argv", ["wheels", "win_amd64", "win_arm64"])
+    with pytest.raises(SystemExit) as ended:
+        wheels.main()
+    told = capsys.readouterr().err.splitlines()[-1]
+    assert ended.value.code == 2
+    assert "no platform 'win_arm64'" in told
+    assert all(platform in told for platform in PLATFORMS)
 
 
 def test_numbers_are_compared_as_numbers() -> None:
