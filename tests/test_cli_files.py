@@ -344,10 +344,11 @@ def test_notes_in_words_beside_recordings_are_left_out(
 ) -> None:
     (tmp_path / "day").mkdir()
     write(pressed(["disc", "bar"] * 6, 3), tmp_path / "day/a.npz")
-    (tmp_path / "day/Notes.TXT").write_text(text)
-    status, _, told = run("info", "day")
-    assert ("day/Notes.TXT left out: no recordings, but text without a line of numbers" in told) is not taken
-    assert (status == 0) is not taken
+    for encoding in ("utf-8", "utf-16"):
+        (tmp_path / "day/Notes.TXT").write_text(text, encoding=encoding)
+        status, _, told = run("info", "day")
+        assert ("day/Notes.TXT left out: no recordings, but text without a line of numbers" in told) is not taken
+        assert (status == 0) is not taken
 
 
 def test_what_may_be_written(tmp_path: Path) -> None:

@@ -543,8 +543,10 @@ def test_the_examples_of_the_documentation_work(tmp_path: Path, monkeypatch: pyt
         added["FORMAT"].read(Path("a.xy16"), Options())
 
 
-@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
-@pytest.mark.parametrize("content", [TEKSCAN, XSENSOR, "label,p.0.0,p.0.1\ncup,1,2\ncan,3,4\n"])
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-32"])
+@pytest.mark.parametrize(
+    "content", [TEKSCAN, XSENSOR, "label,p.0.0,p.0.1\ncup,1,2\ncan,3,4\n", "1,2\n3,4\n\n5,6\n7,8\n"]
+)
 def test_every_table_may_be_text_with_a_mark(tmp_path: Path, content: str, encoding: str) -> None:
     (tmp_path / "a.csv").write_text(content, encoding="utf-8")
     (tmp_path / "b.csv").write_text(content, encoding=encoding)

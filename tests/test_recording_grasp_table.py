@@ -113,7 +113,7 @@ def test_a_header_may_stand_behind_blank_lines_and_the_word_of_a_separator(tmp_p
 def test_what_is_no_utf8_is_read_as_cp1252_and_told(tmp_path: Path) -> None:
     path = tmp_path / "t.csv"
     text = "object,größe\nBär,1\nBör,2\n€,3\n"
-    for encoding in ("utf-8", "utf-8-sig", "utf-16", "cp1252"):
+    for encoding in ("utf-8", "utf-8-sig", "utf-16", "utf-32", "cp1252"):
         path.write_bytes(text.encode(encoding))
         for block in (1, 1 << 22):
             table = GraspTable.joined(list(iter_grasp_table(path, block=block)))
@@ -124,6 +124,7 @@ def test_what_is_no_utf8_is_read_as_cp1252_and_told(tmp_path: Path) -> None:
     for content, message in (
         (b"object,a\nx,1\n\x81,2\n", "line 3 is no UTF-8 and no cp1252 text: byte 0x81; save it as UTF-8"),
         ("object,a\nx,1\n".encode("utf-16")[:-1], "is no UTF-16 text"),
+        ("object,a\nx,1\n".encode("utf-32")[:-1], "is no UTF-32 text"),
     ):
         path.write_bytes(content)
         with pytest.raises(FormatError, match=message):

@@ -377,9 +377,10 @@ def test_a_last_line_that_was_cut_off_is_left_out_and_told(tmp_path: Path) -> No
         assert recording.notes == (f"line 20 is cut off in the middle, and left out: it has {left} of 12 numbers",)
         np.testing.assert_array_equal(recording.pads["pad"].frames, rows[:19].reshape(-1, 3, 4))
         # A line that ends is no line that was cut off.
-        (tmp_path / "b.csv").write_text(whole[:-cut] + "\n")
-        with pytest.raises(FormatError, match="line 20 must have 12 numbers like line 1"):
-            read(tmp_path / "b.csv", shape=(3, 4))
+        for encoding in ("utf-8", "utf-16", "utf-32"):
+            (tmp_path / "b.csv").write_text(whole[:-cut] + "\n", encoding=encoding)
+            with pytest.raises(FormatError, match="line 20 must have 12 numbers like line 1"):
+                read(tmp_path / "b.csv", shape=(3, 4))
 
 
 def test_numbers_in_quotes_are_numbers_unless_a_comma_stands_in_them(tmp_path: Path) -> None:

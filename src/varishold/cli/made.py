@@ -9,7 +9,7 @@ from pathlib import Path
 
 from varishold.cli.printing import tell
 from varishold.errors import InputError
-from varishold.files import each_once, open_file
+from varishold.files import each_once, head_lines, open_file
 
 __all__ = ["Others"]
 
@@ -87,5 +87,5 @@ def _is_prose(path: Path) -> bool:
             head = file.read(_HEAD)
     except (InputError, OSError):
         return False
-    lines = head.decode("utf-8", "replace").splitlines()
-    return bool(head.strip()) and b"\0" not in head and not any(_NUMBERS.match(line) for line in lines)
+    lines = head_lines(head)
+    return any(map(str.strip, lines)) and not any("\0" in line or _NUMBERS.match(line) for line in lines)

@@ -26,7 +26,15 @@ _READING = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 
 _BLOCK = 1 << 22
 # Each byte stays a character of its own: what differs in the file differs when it is read.
 _CP1252 = "varishold.cp1252"
-_MARKS = ((codecs.BOM_UTF8, "utf-8"), (codecs.BOM_UTF16_LE, "utf-16-le"), (codecs.BOM_UTF16_BE, "utf-16-be"))
+# The mark of UTF-32 begins with that of UTF-16.
+_MARKS = (
+    (codecs.BOM_UTF8, "utf-8"),
+    (codecs.BOM_UTF32_LE, "utf-32-le"),
+    (codecs.BOM_UTF32_BE, "utf-32-be"),
+    (codecs.BOM_UTF16_LE, "utf-16-le"),
+    (codecs.BOM_UTF16_BE, "utf-16-be"),
+)
+_LONGEST_MARK = max(len(mark) for mark, _ in _MARKS)
 # What a path may be that is no regular file, by the test that tells.
 _KINDS = (
     (stat.S_ISDIR, "is a folder; name a file in it"),
@@ -119,8 +127,8 @@ def read_bytes(path: str | os.PathLike[str], *, most: int) -> bytes:
 def text_chunks(path: str | os.PathLike[str], *, block: int = _BLOCK) -> Iterator[tuple[int, list[str]]]:
     """Yield the lines of a text file in chunks, each with the number of its first line (from 1).
 
-    UTF-8, or UTF-16 with a byte order mark. Bytes that are no UTF-8 are read as cp1252, as spreadsheets on Windows
-    save it, which `encoding_notes` tells. Lines end in LF, CR LF or CR, and are given without their end.
+    UTF-8, or UTF-16 or UTF-32 with a byte order mark. Bytes that are no UTF-8 are read as cp1252, as spreadsheets on
+    Windows save it, which `encoding_notes` tells. Lines end in LF, CR LF or CR, and are given without their end.
 
     Parameters
     ----------
@@ -137,8 +145,7 @@ def text_chunks(path: str | os.PathLike[str], *, block: int = _BLOCK) -> Iterato
         If the file is no text, or a line has more than 2 ** 24 characters.
     """
     with open_file(path) as file:
-        head = file.read(4)
-        encoding, skipped = _encoding(head)
+        encoding, skipped = _encoding(file.read(_LONGEST_MARK))
         file.seek(skipped)
         decoder = codecs.getincrementaldecoder(encoding)(errors=_CP1252 if encoding == "utf-8" else "strict")
         line, rest = 1, ""
@@ -184,7 +191,7 @@ def head_lines(head: bytes) -> list[str]:
 def encoding_notes(path: str | os.PathLike[str]) -> tuple[str, ...]:
     """Return in words where a text is no UTF-8 and was read as cp1252 by `text_chunks`; empty where it is none."""
     with open_file(path) as file:
-        encoding, skipped = _encoding(file.read(4))
+        encoding, skipped = _encoding(file.read(_LONGEST_MARK))
         if encoding != "utf-8":
             return ()
         file.seek(skipped)
@@ -222,7 +229,7 @@ codecs.register_error(_CP1252, _as_cp1252)
 
 
 def _no_text(path: str | os.PathLike[str], line: int, encoding: str, error: UnicodeDecodeError) -> FormatError:
-    known = "UTF-8 and no cp1252" if encoding == "utf-8" else "UTF-16"
+    known = "UTF-8 and no cp1252" if encoding == "utf-8" else encoding[: len("utf-16")].upper()
     place, byte = _place(line, error)
     return FormatError(f"{path}: line {place} is no {known} text: byte 0x{byte:02x}; save it as UTF-8")
 

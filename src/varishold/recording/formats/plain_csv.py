@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError
-from varishold.files import encoding_notes, open_file, text_chunks
+from varishold.files import encoding_notes, head_lines, open_file, text_chunks
 from varishold.recording.formats.csv_dates import date_at
 from varishold.recording.formats.csv_titles import (
     COUNTERS,
@@ -37,6 +37,8 @@ __all__ = ["FORMAT", "read_rows"]
 _JSON = ("{", "[")
 # A clock without a title that goes back in a larger share of frames is none, nor is one that stands in more frames.
 _BACK, _FEW = 0.25, 2
+# Bytes, in any encoding.
+_LARGEST_CHARACTER = 4
 # A quoted cell without a sign that could separate: with a comma in it nobody knows what the comma is.
 _QUOTED = re.compile(r'"([^",;\t]*)"')
 
@@ -57,7 +59,7 @@ class _Table:
 
 
 def _recognizes(path: Path, head: bytes) -> bool:
-    return b"\0" not in head or head.startswith((b"\xff\xfe", b"\xfe\xff"))
+    return not any("\0" in line for line in head_lines(head))
 
 
 def _read(path: Path, options: Options) -> Recording:
@@ -127,10 +129,9 @@ def _without_gaps(path: Path, frames: NDArray[Any]) -> tuple[NDArray[Any], NDArr
 def _cut_off(path: Path) -> bool:
     """Tell whether a file ends in the middle of a line."""
     with open_file(path) as file:
-        if not file.seek(0, os.SEEK_END):
-            return False
-        file.seek(-1, os.SEEK_END)
-        return file.read(1) not in b"\r\n"
+        file.seek(max(file.seek(0, os.SEEK_END) - _LARGEST_CHARACTER, 0))
+        # In UTF-16 and UTF-32 an end of line has zeros beside it; no text has any elsewhere.
+        return file.read().strip(b"\0")[-1:] not in b"\r\n"
 
 
 def _table(path: Path, unknown: tuple[str, ...] = (), *, gaps: bool = False, dates: bool = False) -> _Table:
