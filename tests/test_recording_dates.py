@@ -30,14 +30,16 @@ ZONES = st.one_of(
     zone=ZONES,
     between=st.sampled_from("T "),
     quote=st.sampled_from(["", '"']),
+    point=st.sampled_from(".,"),
 )
 def test_a_date_is_its_instant_and_one_without_a_zone_is_in_utc(
-    when: datetime, zone: timezone | None, between: str, quote: str
+    when: datetime, zone: timezone | None, between: str, quote: str, point: str
 ) -> None:
     instant = when.replace(tzinfo=zone or UTC)
-    text = when.replace(tzinfo=zone).isoformat(between)
+    text = when.replace(tzinfo=zone).isoformat(between).replace(".", point)
     assert date_seconds(quote + text + quote) == pytest.approx(instant.timestamp(), rel=0, abs=1e-5)
-    for line, cell in ((f"{quote}{text}{quote},1,2", 0), (f"7; {quote}{text}{quote};1", 1)):
+    separated = "," if quote or point == "." else ";"
+    for line, cell in ((f"{quote}{text}{quote}{separated}1{separated}2", 0), (f"7; {quote}{text}{quote};1", 1)):
         at = date_at(line, cell)
         assert at is not None
         assert line[at[0] : at[2]] == quote + text + quote
@@ -82,6 +84,32 @@ def test_dates_are_times_whatever_separates_and_whatever_they_are_called(
     assert recording.notes == ()
 
 
+def logged(time: datetime) -> str:
+    """As Python's module logging writes a time."""
+    return f"{time:%Y-%m-%d %H:%M:%S},{time.microsecond // 1000:03d}"
+
+
+@pytest.mark.parametrize("mark", [";", "\t", " "])
+@pytest.mark.parametrize("header", ["", "time,a,b,c,d,e,f"])
+def test_a_date_may_have_a_decimal_comma_where_commas_separate_nothing(tmp_path: Path, mark: str, header: str) -> None:
+    stamps = [logged(time) for time in TIMES]
+    for decimal in ".,"[: 1 + (mark != " ")]:
+        recording = read(lines(tmp_path / "a.csv", stamps, mark=mark, header=header, decimal=decimal), shape=(2, 3))
+        np.testing.assert_allclose(recording.time_s, SECONDS, rtol=0, atol=1e-6)  # type: ignore[arg-type]
+        np.testing.assert_array_equal(recording.pads["pad"].frames, FRAMES + 0.5)
+    quoted = lines(tmp_path / "b.csv", [f'"{stamp}"' for stamp in stamps], mark=",", header=header)
+    np.testing.assert_allclose(read(quoted, shape=(2, 3)).time_s, SECONDS, rtol=0, atol=1e-6)  # type: ignore[arg-type]
+
+
+def test_a_comma_that_may_separate_or_not_is_asked_about(tmp_path: Path) -> None:
+    path = lines(tmp_path / "a.csv", [logged(time) for time in TIMES], mark=",", header="")
+    with pytest.raises(FormatError, match="for this shape; got 8; if the first of them are fractions of the dates"):
+        read(path, shape=(2, 3))
+    # A taxel behind a date without a fraction.
+    path.write_text("2026-11-29 10:03:04,5\n2026-11-29 10:03:05,6\n")
+    assert read(path, shape=(1, 1)).pads["pad"].frames.ravel().tolist() == [5, 6]
+
+
 def test_dates_may_stand_behind_a_number_and_all_down_a_frame(tmp_path: Path) -> None:
     stamps = [f"{time:%Y-%m-%d %H:%M:%S.%f}" for time in TIMES]
     rows = [
@@ -109,6 +137,8 @@ def test_dates_are_times_of_presses(tmp_path: Path) -> None:
     recording: Recording = read(presses(tmp_path / "a.csv", [time.isoformat() for time in TIMES]))
     np.testing.assert_allclose(recording.time_s, SECONDS, rtol=0, atol=1e-6)  # type: ignore[arg-type]
     assert list(recording.press_columns["label"]) == ["cup"] * 5
+    quoted = read(presses(tmp_path / "b.csv", [f'"{logged(time)}"' for time in TIMES]))
+    np.testing.assert_allclose(quoted.time_s, SECONDS, rtol=0, atol=1e-6)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

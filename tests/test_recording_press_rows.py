@@ -14,7 +14,7 @@ from hypothesis.extra import numpy as hnp
 
 from varishold import FormatError, InputError, TactileClassifier
 from varishold.learning import labelled_presses
-from varishold.recording import Recording, read
+from varishold.recording import GraspTable, Recording, iter_grasp_table, read
 
 
 def told(path: Path, *lines: str, shape: tuple[int, int] | None = None) -> Recording:
@@ -69,6 +69,41 @@ def test_lines_above_the_names_that_begin_with_a_hash_are_passed_over(tmp_path: 
         FormatError, match=f"line {above.count(chr(10)) + 3}, column 'thumb.0.0' must be a number, got 'x'"
     ):
         told(tmp_path / "c.csv", above, HEADER, rows[0].replace("1,2", "x,2", 1))
+
+
+@settings(max_examples=40)
+@given(
+    rows=st.lists(st.integers(0, 99), min_size=1, max_size=8),
+    comments=st.lists(st.tuples(st.integers(0, 8), st.sampled_from(["# a new glove", "#", " # 1,2", "#1,2,3,4,5"]))),
+    block=st.integers(1, 60),
+)
+def test_lines_between_rows_that_begin_with_a_hash_are_passed_over(
+    tmp_path_factory: pytest.TempPathFactory, rows: list[int], comments: list[tuple[int, str]], block: int
+) -> None:
+    path = tmp_path_factory.mktemp("rows") / "a.csv"
+    written: list[tuple[int | None, str]] = [(row, f"cup {row},{row},{row + 1},{row / 4}") for row in rows]
+    for place, text in comments:
+        written.insert(place, (None, text))
+    path.write_text("label,p.0.0,p.0.1,force_n.z\n" + "".join(f"{line}\n" for _, line in written))
+    at = [line for line, (row, _) in enumerate(written, start=2) if row is not None]
+    recording = read(path)
+    assert recording.pads["p"].frames.tolist() == [[[row, row + 1]] for row in rows]
+    assert recording.press_columns["label"].tolist() == [f"cup {row}" for row in rows]
+    parts = list(iter_grasp_table(path, block=block))
+    for table in (GraspTable.joined(parts), GraspTable.joined([GraspTable.joined(parts), *parts])):
+        assert [table.where(k) for k in range(len(rows))] == [f"{path}: line {line}" for line in at]
+        assert table.cells["force_n.z"].tolist()[: len(rows)] == [row / 4 for row in rows]
+
+
+@pytest.mark.parametrize("wrong", ["0,b,3,4", "7,a,3,4", "0,a,x,4"])
+def test_what_is_wrong_below_a_comment_is_told_with_its_line(tmp_path: Path, wrong: str) -> None:
+    with pytest.raises(FormatError, match="line 5, column"):
+        told(tmp_path / "a.csv", "press,label,p.0.0,p.0.1", "# first", "0,a,1,2", "# again", wrong)
+
+
+def test_a_row_may_begin_with_a_hash(tmp_path: Path) -> None:
+    recording = told(tmp_path / "a.csv", "label,p.0.0,p.0.1", "#1,1,2", "# no row", '"#2, blue",3,4')
+    assert recording.press_columns["label"].tolist() == ["#1", "#2, blue"]
 
 
 @pytest.mark.parametrize("name", ["#", "#id", "# nr"])
@@ -128,7 +163,7 @@ def test_a_column_may_say_which_press_a_row_belongs_to(tmp_path: Path) -> None:
     with pytest.raises(FormatError, match="line 4, column 'label': is c, where press 0 has a; a press has one"):
         told(tmp_path / "a.csv", *lines[:3], "0,c,3,4")
     for wrong, got in (("0.5", "0.5"), ("2", "2"), ("-2", "-2"), ("p7", "p7")):
-        words = f"column 'press' must be whole numbers from 0 to 1, -1 for none; got '{got}' in line 3"
+        words = f"line 3, column 'press' must be a whole number from 0 to 1, -1 for none; got '{got}'"
         with pytest.raises(FormatError, match=words):
             told(tmp_path / "a.csv", *lines[:2], f"{wrong},c,3,4")
 

@@ -69,9 +69,8 @@ def evidence_of_row(table: GraspTable, k: int, *, touch: str = "grasp", columns:
         patterns = (columns,) if isinstance(columns, str) else tuple(columns)
         raise InputError(f"{table.source}: no column of numbers that was felt matches {listed(patterns)}")
     values = {name: float(table.cells[name][number]) for name in felt}
-    line = table.first_line + number
     for name, value in values.items():
-        place = f"{table.source}: line {line}, column {name!r}"
+        place = f"{table.where(number)}, column {name!r}"
         require(not np.isinf(value), f"{place} must be finite, got {value}")
         on_off = not name.startswith("switch.") or value in (0.0, 1.0) or np.isnan(value)
         require(on_off, f"{place} must be 0 or 1, got {value:g}")

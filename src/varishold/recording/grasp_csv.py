@@ -49,9 +49,9 @@ def iter_grasp_table(
     """Read a grasp table of any length in bounded memory, some rows at a time.
 
     The file is CSV (comma, semicolon or tab; decimal points) with a header line, before which there may be blank lines,
-    lines that begin with ``#`` and one like ``sep=;``. Columns whose names are not
-    those of a grasp table are numbers if every cell of the first rows is one, text otherwise. A first column without a
-    name is passed over.
+    lines that begin with ``#`` and one like ``sep=;``. Below it lines that begin with ``#`` are passed over, but for
+    those that have as many cells as a row. Columns whose names are not those of a grasp table are numbers if every cell
+    of the first rows is one, text otherwise. A first column without a name is passed over.
 
     Parameters
     ----------
@@ -83,14 +83,19 @@ def iter_grasp_table(
     kinds: tuple[str, ...] = ()
     blank = 0
     for start, chunk in chain([rest], chunks):
-        body = _without_blank_end(chunk)
-        if body and blank:
-            raise FormatError(f"{source}: line {blank} is blank, and rows follow; remove it")
-        if len(body) < len(chunk):
-            blank = blank or start + len(body)
-        if body:
-            kinds = kinds or _kinds(layout, start, body)
-            yield GraspTable(_parse(layout, kinds, start, body), source, start)
+        pieces = list(_between_comments(layout, start, chunk))
+        kinds = kinds or _kinds(layout, pieces)
+        parts = []
+        for first, lines in pieces:
+            body = _without_blank_end(lines)
+            if body and blank:
+                raise FormatError(f"{source}: line {blank} is blank, and rows follow; remove it")
+            if len(body) < len(lines):
+                blank = blank or first + len(body)
+            if body:
+                parts.append(GraspTable(_parse(layout, kinds, first, body), source, first))
+        if parts:
+            yield GraspTable.joined(parts)
     if not kinds:
         raise FormatError(f"{source}: has a line of column names but no rows")
 
@@ -145,6 +150,15 @@ def _names(marked: str, line: str) -> bool:
     return marked.count(mark) + 1 == len(cells) and any(cell and is_number(cell) for cell in cells)
 
 
+def _between_comments(layout: _Layout, start: int, lines: list[str]) -> Iterator[tuple[int, list[str]]]:
+    """Yield the lines between comments, with the number of the first of them."""
+    marked = (k for k, line in enumerate(lines) if line.lstrip().startswith("#"))
+    comments = [k for k in marked if len(_split(layout.source, start + k, lines[k], layout.separator)) != layout.width]
+    for begin, end in zip([0, *(k + 1 for k in comments)], [*comments, len(lines)], strict=True):
+        if begin < end:
+            yield start + begin, lines[begin:end]
+
+
 def _without_blank_end(lines: list[str]) -> list[str]:
     end = len(lines)
     while end and not lines[end - 1].strip():
@@ -197,8 +211,11 @@ def _layout(
     return _Layout(source, line, separator, len(names), wanted, places, label)
 
 
-def _kinds(layout: _Layout, start: int, lines: list[str]) -> tuple[str, ...]:
-    """Return "b", "f" or "U" for each wanted column."""
+def _kinds(layout: _Layout, pieces: list[tuple[int, list[str]]]) -> tuple[str, ...]:
+    """Return "b", "f" or "U" for each wanted column; none where there is no row yet."""
+    rows = [each for start, lines in pieces for each in enumerate(lines, start) if each[1].strip()]
+    if not rows:
+        return ()
     kinds = []
     for name, place in zip(layout.names, layout.places, strict=True):
         if name == layout.label or name in _TEXT:
@@ -210,7 +227,7 @@ def _kinds(layout: _Layout, start: int, lines: list[str]) -> tuple[str, ...]:
         else:
             cells = (
                 (_split(layout.source, number, line, layout.separator) if '"' in line else line.split(layout.separator))
-                for number, line in enumerate(lines, start)
+                for number, line in rows
             )
             told = [c[place].strip().lower() for c in cells if len(c) > place]
             kinds.append("f" if all(map(is_number, told)) else "b" if _WORDS.issuperset(told) else "U")

@@ -69,14 +69,17 @@ class GraspTable:
             _require_like(first, table)
         if len(tables) == 1:
             return first
-        ends = accumulate(map(len, tables))
         cells = {name: np.concatenate([table.cells[name] for table in tables]) for name in first.columns}
         sources = dict.fromkeys(table.source for table in tables)
         return cls(
             cells,
             first.source if len(sources) == 1 else f"{first.source} and {len(sources) - 1} more",
             first.first_line,
-            tuple((end, table.source, table.first_line) for end, table in zip(ends, tables, strict=True)),
+            tuple(
+                (begin + end, source, line)
+                for begin, table in zip(accumulate(map(len, tables), initial=0), tables, strict=False)
+                for end, source, line in table.origins or ((len(table), table.source, table.first_line),)
+            ),
         )
 
     def __post_init__(self) -> None:

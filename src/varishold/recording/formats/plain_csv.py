@@ -311,19 +311,22 @@ def _leading_columns(path: Path, table: _Table, width: int, wanted: int | None) 
     if both and any(title in COUNTERS for title in called):
         return ahead
     if ahead not in (0, 1) or width == ahead:
-        threefold = wanted is not None and width in (3 * wanted, 3 * wanted + 1)
-        remedy = (
-            f"; three for each of {wanted} taxels, as x, y, z? keep the one that is normal to the pad"
-            if threefold
-            else ""
-        )
         raise FormatError(
             f"{path}: a line must hold {wanted} numbers, or one more with the time ahead, for this shape; got {width}"
-            + remedy
+            + _remedy(table, width, wanted)
             if wanted is not None
             else f"{path}: holds no taxels beside the column {table.title!r}"
         )
     return ahead
+
+
+def _remedy(table: _Table, width: int, wanted: int) -> str:
+    """Return what may be wrong with lines of so many numbers."""
+    if width in (3 * wanted, 3 * wanted + 1):
+        return f"; three for each of {wanted} taxels, as x, y, z? keep the one that is normal to the pad"
+    if table.dates == 0 and width == wanted + 2:
+        return "; if the first of them are fractions of the dates, write these with points, or in quotes"
+    return ""
 
 
 def _time(path: Path, table: _Table, ahead: int, height: int) -> NDArray[np.float64] | None:

@@ -6,6 +6,7 @@ but its time, rows are frames of a recording.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -49,12 +50,12 @@ def _recognizes(path: Path, head: bytes) -> bool:
 
 
 def _read(path: Path, options: Options) -> Recording:
-    frames, told, first_line = _columns(path, options)
-    clock = next((name for name in told if names_time(name.lower())), None)
-    time_s = None if clock is None else _seconds(path, clock, told.pop(clock), first_line)
-    press, known = _presses(path, told, len(next(iter(frames.values()))), first_line)
+    frames, told = _columns(path, options)
+    clock = next((name for name in told.columns if names_time(name.lower())), None)
+    time_s = None if clock is None else _seconds(told, clock)
+    press, known = _presses(told, {name: each for name, each in told.cells.items() if name != clock})
     shapes = ", ".join(f"{pad} {each.shape[1]} x {each.shape[2]}" for pad, each in frames.items())
-    rows = [] if press is None or _PRESS in told else ["each row is a press"]
+    rows = [] if press is None or _PRESS in told.columns else ["each row is a press"]
     try:
         return Recording(
             {pad: Pad(each, pitch_m=options.pitch_m, polarity=options.polarity) for pad, each in frames.items()},
@@ -68,64 +69,60 @@ def _read(path: Path, options: Options) -> Recording:
         raise FormatError(f"{path}: {error}") from error
 
 
-def _columns(path: Path, options: Options) -> tuple[dict[str, NDArray[Any]], dict[str, NDArray[Any]], int]:
-    """Return the frames of each pad, the other columns by their names, and the line of the first row."""
+def _columns(path: Path, options: Options) -> tuple[dict[str, NDArray[Any]], GraspTable]:
+    """Return the frames of each pad, and the other columns."""
     pads: dict[str, tuple[TaxelColumns, tuple[int, int]]] = {}
     taxels: dict[str, list[NDArray[Any]]] = {}
-    others: dict[str, list[NDArray[Any]]] = {}
-    n_bytes = first_line = 0
+    others: list[GraspTable] = []
+    n_bytes = 0
     for table in iter_grasp_table(path):
-        first_line = first_line or table.first_line
         pads = pads or {group.name: (group, shape) for group, shape in pads_of(path, table.columns, options)}
         held = {column for group, _ in pads.values() for column in group.in_order}
         for pad, (group, _) in pads.items():
-            taxels.setdefault(pad, []).append(
-                np.stack([_numbers(path, table, name) for name in group.in_order], axis=1)
-            )
+            taxels.setdefault(pad, []).append(np.stack([_numbers(table, name) for name in group.in_order], axis=1))
             n_bytes += taxels[pad][-1].nbytes
         if n_bytes > LARGEST_BYTES:
             raise FormatError(f"{path}: has more than {LARGEST_BYTES} bytes of numbers; store it as NPZ")
-        for name in table.columns:
-            if name not in held and name.lower() not in COUNTERS:
-                others.setdefault(name, []).append(table.cells[name])
+        told = {name: each for name, each in table.cells.items() if name not in held and name.lower() not in COUNTERS}
+        others.append(replace(table, cells=told))
     frames = {pad: as_counts(np.concatenate(parts)).reshape(-1, *pads[pad][1]) for pad, parts in taxels.items()}
-    return frames, {name: np.concatenate(parts) for name, parts in others.items()}, first_line
+    return frames, GraspTable.joined(others)
 
 
-def _numbers(path: Path, table: GraspTable, name: str) -> NDArray[np.float64]:
+def _numbers(table: GraspTable, name: str) -> NDArray[np.float64]:
     cells = table.cells[name]
     if cells.dtype.kind == "U":
         wrong = next(k for k, cell in enumerate(cells) if as_number(cell or "nan") is None)
-        place = f"{path}: line {table.first_line + wrong}, column {name!r}"
-        raise FormatError(f"{place} must be a number, got {str(cells[wrong])[:40]!r}")
+        raise FormatError(f"{table.where(wrong)}, column {name!r} must be a number, got {str(cells[wrong])[:40]!r}")
     missing = np.flatnonzero(np.isnan(cells))
     if missing.size:
-        place = f"{path}: line {table.first_line + int(missing[0])}, column {name!r}"
+        place = f"{table.where(int(missing[0]))}, column {name!r}"
         raise FormatError(f"{place} must be a number, got nothing; leave the row out")
     return cells.astype(np.float64)
 
 
-def _seconds(path: Path, name: str, cells: NDArray[Any], first_line: int) -> NDArray[np.float64]:
+def _seconds(table: GraspTable, name: str) -> NDArray[np.float64]:
+    cells = table.cells[name]
     if cells.dtype.kind != "U":
         return cells.astype(np.float64) * seconds_of(name.lower())
     texts = cells.tolist()
     dates = [date_seconds(cell) for cell in texts]
     if dates[0] is None:
         wrong = next(cell for cell in texts if as_number(cell) is None)
-        raise FormatError(f"{path}: column {name!r} must be numbers, got {wrong[:40]!r}")
+        raise FormatError(f"{table.source}: column {name!r} must be numbers, got {wrong[:40]!r}")
     if None in dates:
         at = dates.index(None)
         raise FormatError(
-            f"{path}: line {first_line + at}, column {name!r} must be a date, as in the lines before it, got "
-            f"{texts[at][:40]!r}"
+            f"{table.where(at)}, column {name!r} must be a date, as in the lines before it, got {texts[at][:40]!r}"
         )
     return np.array(dates, np.float64)
 
 
 def _presses(
-    path: Path, told: dict[str, NDArray[Any]], n_rows: int, first_line: int
+    table: GraspTable, told: dict[str, NDArray[Any]]
 ) -> tuple[NDArray[np.int64] | None, dict[str, NDArray[Any]]]:
-    """Return the press of each row, and what is known of each press; none where nothing is."""
+    """Return the press of each row, and what is known of each press by columns that tell it; none where nothing is."""
+    n_rows = len(table)
     known = {name: as_counts(each) if each.dtype.kind == "f" else each for name, each in told.items() if name != _PRESS}
     if _PRESS not in told:
         return (np.arange(n_rows), known) if known else (None, {})
@@ -135,8 +132,8 @@ def _presses(
     if odd.size:
         at = int(odd[0])
         raise FormatError(
-            f"{path}: column 'press' must be whole numbers from 0 to {n_rows - 1}, -1 for none; got "
-            f"{str(given[at])[:40]!r} in line {at + first_line}"
+            f"{table.where(at)}, column 'press' must be a whole number from 0 to {n_rows - 1}, -1 for none; got "
+            f"{str(given[at])[:40]!r}"
         )
     press = counts.astype(np.int64)
     numbers, begun = np.unique(press, return_index=True)
@@ -148,9 +145,9 @@ def _presses(
         # Not known twice is the same.
         other = np.flatnonzero((first != each) & ((first == first) | (each == each)))
         if other.size:
-            line = int(np.flatnonzero(held)[other[0]]) + first_line
+            row = int(np.flatnonzero(held)[other[0]])
             raise FormatError(
-                f"{path}: line {line}, column {name!r}: is {each[other[0]]}, where press {press[held][other[0]]} has "
+                f"{table.where(row)}, column {name!r}: is {each[other[0]]}, where press {press[held][other[0]]} has "
                 f"{first[other[0]]}; a press has one"
             )
     return press, {name: column[rows] for name, column in known.items()}
