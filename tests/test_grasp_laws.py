@@ -387,6 +387,20 @@ def test_the_values_of_a_channel_of_few_are_told_apart_whatever_its_unit(
     assert not bits[0].any()
 
 
+@few
+@given(seeds, st.integers(4, 40), st.booleans())
+def test_one_threshold_alone_halves_what_does_not_rest(seed: int, n: int, shared: bool) -> None:
+    rng = np.random.default_rng(seed)
+    column = rng.uniform(-1, 1) + rng.permutation(n).astype(float) * rng.uniform(0.1, 10)
+    bits = ThresholdEncoder("quantile", levels=1, shared=shared).fit_transform(column[:, None])
+    assert bits.shape == (n, 1)
+    assert abs(int(bits.sum()) - n / 2) <= 1
+    # What rests is touched or not.
+    resting = np.append(column, [column.min()] * n)
+    bits = ThresholdEncoder("quantile", levels=1, shared=shared).fit_transform(resting[:, None])
+    np.testing.assert_array_equal(bits[:, 0], resting > column.min())
+
+
 def test_a_switch_in_volts_is_a_switch() -> None:
     for low, high in ((0.0, 3.3), (0.1, 1.1), (-2e-9, 1e-9), (1e6 + 0.1, 1e6 + 0.2)):
         read = np.array([low, high] * 5)[:, None]

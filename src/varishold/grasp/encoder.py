@@ -35,8 +35,9 @@ class ThresholdEncoder(TransformerMixin, BaseEstimator):  # type: ignore[misc]
     Parameters
     ----------
     strategy : {"quantile", "even", "supervised"}, default "quantile"
-        Where thresholds lie: at equal shares of the training values above the channel's lowest, at equal
-        steps of its range, or where they tell most about the classes (needs y).
+        Where thresholds lie: at equal shares of the training values above the channel's lowest (a single one right
+        above it where it is the commonest, else in the middle of all), at equal steps of its range, or where they tell
+        most about the classes (needs y).
     levels : int, default 4
         Most thresholds a channel; one that varies less gets fewer, a constant one a single threshold.
     shared : bool, default False
@@ -180,10 +181,19 @@ class ThresholdEncoder(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             # A resting sensor repeats its lowest value; thresholds belong where it says something.
             above = column[column > low]
             wanted = np.quantile(above, np.arange(self.levels) / self.levels)
+            if self.levels == 1 and not _rests(column):
+                # The lowest but one would part the lowest alone from all others.
+                wanted = np.maximum(wanted, np.median(column))
         else:
             assert classes is not None
             wanted = _telling(column, classes, self.levels)
         return np.unique(_whole_counts(column, wanted, step)) * step
+
+
+def _rests(column: NDArray[np.float64]) -> bool:
+    """Tell whether the lowest value is the commonest."""
+    _, times = np.unique(column, return_counts=True)
+    return bool((times[0] > times[1:]).all())
 
 
 def _whole_counts(column: NDArray[np.float64], wanted: NDArray[np.float64], step: float) -> NDArray[np.float64]:
