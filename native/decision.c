@@ -45,6 +45,8 @@
 #define FEW 48
 #define MOST_TIMES 8
 #define NO_SURER ((vh_real)0.85)
+/* What was taken back to NO_SURER is that but for rounding. */
+#define ROUNDED ((vh_real)0.0001)
 /* Of the contacts that names were learned from. */
 #define MOST_SIDE 48
 
@@ -343,11 +345,17 @@ static struct vh_answer likeliest(const struct vh_parameters *parameters, const 
     return best;
 }
 
-vh_real vh_times_strange(const struct vh_contact *contact)
+/* How many times what has no name counts beside a name that is sure. */
+static vh_real times_strange(const struct vh_contact *contact)
 {
     vh_real n = (vh_real)contact->place[VH_N_TAXELS];
 
     return n >= FEW ? 1 : n * n * MOST_TIMES <= FEW * FEW ? MOST_TIMES : FEW * FEW / (n * n);
+}
+
+int vh_may_be_strange(const struct vh_contact *contact, vh_real probability)
+{
+    return times_strange(contact) > 1 && probability > NO_SURER - ROUNDED;
 }
 
 /* Makes a name that is sure less so where few taxels touch, by what a stranger has; the name stays the likeliest. */
@@ -370,7 +378,7 @@ void vh_decide(const struct vh_contact *contact, const struct vh_parameters *par
      * taxels touch is not known before the threshold has fallen. */
     int forms = parameters->stranger >= 0 && parameters->plane >= 0 && !hints->early;
     int unknown = forms ? parameters->name_of[parameters->stranger] : -1;
-    vh_real times = vh_times_strange(contact), strange;
+    vh_real times = times_strange(contact), strange;
 
     adjust(contact, parameters, hints, logits);
     normalize(logits, parameters->kinds);

@@ -344,9 +344,9 @@ struct vh_answer {
 VH_API void vh_decide(const struct vh_contact *contact, const struct vh_parameters *parameters,
                       const struct vh_hints *hints, vh_real *logits, struct vh_answer *answer);
 
-/* How many times what has no name counts beside a name that is sure: 1, or up to 8 on fewer than 48 taxels, which cannot
- * exclude it. No name has less than p = .85 by it. */
-VH_API vh_real vh_times_strange(const struct vh_contact *contact);
+/* Whether so few taxels touch that they cannot exclude what has no name, beside a name of this probability: on fewer than
+ * 48 a name with more than .85 is made less sure by it, and has no less than that. */
+VH_API int vh_may_be_strange(const struct vh_contact *contact, vh_real probability);
 
 /* Whether a contact that fills the field is a plane with a hollow within, as a bump is where readings fall under
  * pressure: it is not surely called a plane. */

@@ -29,8 +29,8 @@ _FEW_TAXELS = 16.0
 _FEW_ACROSS = 5.0
 # A name of so narrow a contact that is less likely is one of several.
 _LIKELY = 0.5
-# A name is nearly sure that is so probable, and what has no name is told beside it where it is so probable.
-_NEARLY_SURE, _TOLD = 0.8499, 0.05
+# What has no name is told beside a name that is sure where it is so probable.
+_TOLD = 0.05
 _GROUPS: tuple[str, ...] = tuple(dict.fromkeys(SIGNATURE_GROUPS))
 _GROUP_OF = np.array([_GROUPS.index(group) for group in SIGNATURE_GROUPS], dtype=np.uint8)
 _NAMED = {name: [k for k, kind in enumerate(KINDS) if kind.name == name] for name in NAMES}
@@ -38,7 +38,7 @@ _RIVALS = {name: [k for k, kind in enumerate(KINDS) if kind.name != name] for na
 _OF_SECTION = {section: [k for k, kind in enumerate(KINDS) if kind.section == section] for section in SECTIONS}
 _evidence = bind("vh_evidence", "ppppiiippp")
 _hides_form = bind("vh_hides_form", "p", "i")
-_times_strange = bind("vh_times_strange", "p", "d")
+_may_be_strange = bind("vh_may_be_strange", "pd", "i")
 
 
 def evidence(inputs: NDArray[np.float64], parameters: Parameters, kind: int, rival: int) -> dict[str, float]:
@@ -175,8 +175,7 @@ def _cautions(surface: Surface) -> list[str]:
         )
     elif taxels < _FEW_TAXELS:
         said.append(f"only about {taxels:.0f} taxels touch: the outline is hardly resolved")
-    sure = surface.name != "unknown" and surface.probability > _NEARLY_SURE
-    if sure and _times_strange(contact.packed) > 1:
+    if surface.name != "unknown" and _may_be_strange(contact.packed, surface.probability):
         strange = sum(surface.kind_probability[_NAMED["unknown"]].tolist())
         if strange >= _TOLD:
             said.append(f"{contact.n_taxels} taxels cannot exclude a form that has no name ({strange:.2f})")
