@@ -146,6 +146,12 @@ def test_tiny_grasps_are_measured(shape):
     assert np.isfinite(loading_features(np.ones(shape), floor=0.0, times=[0, 5]).values).all()
 
 
+def test_no_time_that_is_taken_is_too_long_for_what_is_measured():
+    load = np.array([0.0, 1, 2, 4, 4, 1, 0])[:, None, None] * np.ones((4, 4))
+    found = loading_features(load, 1e100 * np.linspace(-1, 1, len(load)), floor=0.0, times=[1e300], span=1.7e308)
+    assert np.isfinite(found.values).all()
+
+
 @pytest.mark.parametrize(
     ("frames", "options", "message"),
     [
@@ -157,6 +163,7 @@ def test_tiny_grasps_are_measured(shape):
         (np.ones((3, 1, 2, 2)), {"time_s": [0, 1]}, "time_s must be one number a frame"),
         (np.ones((3, 1, 2, 2)), {"time_s": [0, 2, 1]}, "must not run backward, got 1 after 2 at frame 2"),
         (np.ones((3, 1, 2, 2)), {"time_s": [0, np.nan, 1]}, "time_s must be finite"),
+        (np.ones((3, 1, 2, 2)), {"time_s": [0, 1, 1e300]}, r"time_s must be within \+-1e\+100, got 1e\+300 at frame 2"),
         (np.ones((3, 1, 2, 2)), {"field": np.ones((3, 3))}, "field must have shape"),
         (np.ones((3, 1, 2, 2)), {"bands": -1}, "bands must be a whole number"),
         (np.ones((3, 1, 2, 2)), {"span": 0}, "span must be a finite number, above 0"),

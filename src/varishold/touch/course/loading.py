@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 from varishold.frame import recording_noise
-from varishold.frame.checks import as_given, is_number
+from varishold.frame.checks import MOST_READ, as_given, is_number
 from varishold.recording import Pad, Recording
 
 __all__ = [
@@ -129,7 +129,8 @@ def loading_features(
     Raises
     ------
     InputError
-        If frames, times and masks do not fit together, time runs backward, or an option is out of range.
+        If frames, times and masks do not fit together, time runs backward or is beyond 1e100, or an option is out of
+        range.
 
     Examples
     --------
@@ -150,6 +151,9 @@ def loading_features(
     if back.size:
         k = int(back[0]) + 1
         raise InputError(f"time_s must not run backward, got {time[k]:g} after {time[k - 1]:g} at frame {k}")
+    wild = np.flatnonzero(np.abs(time) > MOST_READ)
+    if wild.size:
+        raise InputError(f"time_s must be within +-{MOST_READ:g}, got {time[wild[0]]:g} at frame {int(wild[0])}")
     heights = [_height(pad, grasp_floor([pad]) if floor is None else floor) for pad in recording.pads.values()]
     onsets, loads, start = load_onsets(heights, time)
     if span is not None:
