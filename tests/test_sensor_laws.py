@@ -260,10 +260,9 @@ def test_the_ends_of_what_a_skin_may_be() -> None:
         Skin(**({"kind": "layer", "thickness_m": 6e-3, "poisson": 0.3} | values))  # type: ignore[arg-type]
     # A half-space has no floor, at whatever depth its taxels lie.
     assert Skin("half-space", sensing_depth_m=1.0).contact_modulus == 1.0
-    assert (
-        Skin("half-space", thickness_m=1e-3, sensing_depth_m=1.0, poisson=0.5, youngs_modulus_pa=3.0).contact_modulus
-        == 4.0
-    )
+    assert Skin("half-space", sensing_depth_m=1.0, poisson=0.5, youngs_modulus_pa=3.0).contact_modulus == 4.0
+    with pytest.raises(InputError, match="kind 'half-space' has no thickness_m; leave it out, or use kind 'layer'"):
+        Skin("half-space", thickness_m=1e-3)
 
 
 def test_a_skin_file_says_what_is_missing(tmp_path: Path) -> None:

@@ -36,6 +36,7 @@ def test_a_file_gives_its_skin(tmp_path: Path) -> None:
         ("[skin]\nkind = 'layer'\npoisson = 0.45", "needs thickness_m"),
         ("[skin]\nkind = 'layer'\npoisson = 0.45\nthickness_m = 0", "thickness_m of a skin must be positive"),
         ("[skin]\nkind = 'half-space'\npoisson = 0.51", "poisson of a skin must lie in (-1, .5], got 0.51"),
+        ("[skin]\nkind = 'half-space'\nthickness_m = 0.01", "[skin] a skin of kind 'half-space' has no thickness_m"),
         ("[skin]\nkind = 'half-space'\npoisson = -1", "poisson of a skin must lie in (-1, .5], got -1"),
         ("[skin]\nkind = 'half-space'\npoisson = '.3'", "must be a finite number, got '.3'"),
         ("[skin]\nkind = 'half-space'\npoisson = nan", "must be a finite number, got nan"),

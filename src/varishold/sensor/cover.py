@@ -56,7 +56,7 @@ class Skin:
         A key of `SKIN_KINDS`: "layer", "half-space" or "winkler".
         A layer bonded to a rigid floor, a body without a floor, or a bed of independent springs.
     thickness_m : float, optional
-        Thickness in metres; needed by "layer" and "winkler", unused by "half-space".
+        Thickness in metres; needed by "layer" and "winkler". A "half-space" has none.
     poisson : float
         Poisson's ratio, in (-1, .5]; "winkler" takes less than .5 only, for its columns cannot bulge.
     sensing_depth_m : float
@@ -98,6 +98,8 @@ class Skin:
                 raise InputError(f"{field.name} of a skin must be at most {_LARGEST:g}, in SI units, got a larger one")
         if kind.has_floor and self.thickness_m is None:
             raise InputError(f"a skin of kind {self.kind!r} needs thickness_m, in metres")
+        if not kind.has_floor and self.thickness_m is not None:
+            raise InputError(f"a skin of kind {self.kind!r} has no thickness_m; leave it out, or use kind 'layer'")
         if self.thickness_m is not None and self.thickness_m <= 0:
             raise InputError(f"thickness_m of a skin must be positive, got {self.thickness_m!r}")
         if self.thickness_m is not None and not _THINNEST_M <= self.thickness_m <= _THICKEST_M:
