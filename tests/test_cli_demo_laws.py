@@ -24,7 +24,9 @@ def test_each_demonstration_says_the_command_that_it_runs(monkeypatch: pytest.Mo
     monkeypatch.setattr("varishold.cli.perceive.perceive", lambda *what, **how: ran.append((what, how)))
     monkeypatch.setattr(demo, "show_page", lambda address: pytest.fail("a page was opened"))
     assert said("demo", "live").splitlines() == [f"$ varishold live {ran[0][0][0]}"]
-    assert ran.pop() == (("sim:sphere?seed=1",), {})
+    assert ran.pop() == (("sim:sphere?seed=1",), {"no_open": False})
+    assert said("demo", "live", "--no-open") == "$ varishold live sim:sphere?seed=1 --no-open\n"
+    assert ran.pop() == (("sim:sphere?seed=1",), {"no_open": True})
     page = tmp_path / "p.html"
     line, last = said("demo", "perceive", "--report", page, "--no-open").splitlines()
     (((name,), how),) = ran

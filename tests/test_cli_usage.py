@@ -43,6 +43,40 @@ def test_a_wrong_call_is_one_line(run: Any, words: tuple[str, ...], where: str, 
     assert all(part in err.lower() for part in map(str.lower, told))
 
 
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        *(
+            (("paper", "table", number, f"--{option}", value), f"--{option} belongs to Table 5, got Table {number}")
+            for number, option, value in (
+                ("1", "seed", "0"),
+                ("2", "grasps", "4"),
+                ("3", "repetitions", "2"),
+                ("4", "processes", "1"),
+                ("4", "finger-length", "f.png"),
+            )
+        ),
+        (("grasp", "fit", "t.csv", "--label", "a", "-o", "m.json", "--levels", "4"), "--levels are thresholds of"),
+        (("demo", "live", "--report", "page.html"), "--report is a page that is written"),
+        (("live", "sim:sphere", "--json", "--host", "127.0.0.1"), "--host is of the page"),
+        (("live", "sim:sphere", "--json", "--folder", "."), "--folder is of the page"),
+        (
+            ("hand", "collect", "--objects", "table5,cone:0.06", "--size-m", "0.07", "-o", "u.csv"),
+            "--size-m is of objects that are named without a size",
+        ),
+    ],
+)
+def test_an_option_that_says_nothing_beside_the_others_is_refused(
+    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], told: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "t.csv").write_text("a,switch.b\nx,0\ny,1\n")
+    status, out, err = run(*words)
+    assert (status, out, err.count("\n")) == (1, "", 1)
+    assert err.startswith(f"varishold: {told}")
+    assert [path.name for path in tmp_path.iterdir()] == ["t.csv"]
+
+
 @pytest.mark.parametrize("words", [(), ("grasp",)])
 def test_without_a_command_help_is_shown(run: Any, words: tuple[str, ...]) -> None:
     status, out, err = run(*words)

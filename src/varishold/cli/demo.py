@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 from varishold.cli.browser import show_page
 from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Writes
+from varishold.cli.options import refuse_given
 from varishold.cli.printing import echo
 
 if TYPE_CHECKING:
@@ -55,8 +56,9 @@ def demo(
     if what is Demo.live:
         from varishold.cli.live import live
 
-        _say("live", _SKIN)
-        live(_SKIN)
+        refuse_given("report", because="is a page that is written, and that of live is served: leave it out")
+        _say("live", _SKIN, *(["--no-open"] if no_open else []))
+        live(_SKIN, no_open=no_open)
         return
     page = Path(tempfile.mkdtemp(prefix="varishold-")) / f"{what}.html" if report is None else report
     {Demo.touch: _touch, Demo.perceive: _perceive, Demo.learn: _learn}[what](page)

@@ -8,6 +8,7 @@ from typing import Annotated
 
 from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
+from varishold.cli.options import refuse_given
 from varishold.cli.printing import echo, printable, tell
 
 
@@ -61,7 +62,7 @@ def fit(
     columns: Annotated[
         str | None, Option("Columns to read; default: switch.*, or all but the label.", metavar="GLOB")
     ] = None,
-    encode: Annotated[Encode | None, Option("Cut numbers at thresholds.")] = None,
+    encode: Annotated[Encode | None, Option("Cut numbers at thresholds: --levels of them.")] = None,
     levels: Annotated[int, Option("Thresholds a column.", min=1, max=1024)] = 4,
     seed: Annotated[int, Option("Seed of everything that is drawn.", min=0)] = 0,
 ) -> None:
@@ -73,6 +74,8 @@ def fit(
     from varishold.grasp.comparison import FEWEST_TELLING
     from varishold.recording import GraspTable, read_grasp_table
 
+    if encode is None:
+        refuse_given("levels", because="are thresholds of columns that are cut: say how with --encode, or leave it out")
     read = None if columns is None else [columns] if group is None else [columns, group]
     files = table_files(tables)
     grasps = GraspTable.joined([read_grasp_table(each, label=label, columns=read) for each in files])

@@ -8,11 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Writes
 from varishold.cli.hand_file import HandName, hand_named
+from varishold.cli.options import refuse_given
 from varishold.cli.printing import echo
 
 if TYPE_CHECKING:
     from varishold.hand import Grasp, HandSetting, Job, PadSetting
 
+# Stands for the objects of that table, each with its size.
+_TABLE_5 = "table5"
 _PLACE = "The object's place is known, so that the hand need not search."
 _SCALE = "Length of the digits, as a multiple of the usual."
 _STILL = "Leave friction, torques, switches and density as designed; only the object's place varies."
@@ -101,7 +104,10 @@ def collect(
     from varishold.cli.progress import progress_bar
     from varishold.hand import collect_grasps
 
-    jobs = _jobs([*objects, *(more or [])], size_m or [0.07], grasps, seed)
+    named = _words([*objects, *(more or [])])
+    if all(word == _TABLE_5 or ":" in word for word in named):
+        refuse_given("size_m", because="is of objects that are named without a size, and all have one: leave it out")
+    jobs = _jobs(named, size_m or [0.07], grasps, seed)
     setting = _setting(hand, finger_scale, search=not place_known, still=still)
     with progress_bar("grasps", len(jobs)) as update:
         table = collect_grasps(
@@ -117,14 +123,18 @@ def collect(
     echo(f"{output}: {len(table)} rows, {int(held.sum())} held")
 
 
+def _words(objects: list[str]) -> list[str]:
+    return [word for text in objects for word in text.replace(",", " ").split()]
+
+
 def _jobs(objects: list[str], sizes_m: list[float], grasps: int, seed: int) -> list[Job]:
     from varishold.errors import InputError
     from varishold.hand import TABLE_5_OBJECTS, Job
 
     wanted: list[tuple[str, float]] = []
-    for word in (word.strip() for text in objects for word in text.replace(",", " ").split()):
+    for word in _words(objects):
         name, sized, size = word.partition(":")
-        if word == "table5":
+        if word == _TABLE_5:
             wanted.extend(TABLE_5_OBJECTS)
         elif sized:
             try:

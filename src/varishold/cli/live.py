@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from varishold.cli.browser import show_page
 from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
+from varishold.cli.options import refuse_given
 from varishold.cli.printing import echo, print_json, tell
 from varishold.cli.silence import Silence
 
@@ -76,6 +77,7 @@ def live(
         "levels": levels,
     }
     if json and port is None and not foxglove:
+        refuse_given("host", "folder", because="is of the page, and with --json there is none without --port: give it")
         _print_lines(source, **watched)
         return
     from varishold.live.door import is_loopback

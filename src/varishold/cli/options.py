@@ -5,6 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import click
+from click.core import ParameterSource
+
 from varishold.cli.command import Option
 from varishold.cli.files import Reads, Writes
 
@@ -28,6 +31,7 @@ __all__ = [
     "classifier_of",
     "option_told",
     "refuse_alone",
+    "refuse_given",
 ]
 
 Label = Annotated[
@@ -103,6 +107,16 @@ def classifier_of(
 def option_told(name: str, value: object) -> str:
     """Return an option as it was given: ``--no-peers`` where it says no."""
     return f"--{'no-' if value is False else ''}{name.replace('_', '-')}"
+
+
+def refuse_given(*names: str, because: str) -> None:
+    """Refuse options that were given to the command that runs and say nothing there; names are the parameters'."""
+    from varishold.errors import InputError
+
+    context = click.get_current_context(silent=True)
+    for name in names:
+        if context is not None and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+            raise InputError(f"{option_told(name, context.params[name])} {because}")
 
 
 def refuse_alone(**options: object) -> None:

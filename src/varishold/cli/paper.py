@@ -7,8 +7,8 @@ from typing import Annotated
 
 from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Writes
+from varishold.cli.options import refuse_given
 from varishold.cli.printing import echo
-from varishold.errors import InputError
 
 
 def register(app: Commands) -> None:
@@ -18,7 +18,7 @@ def register(app: Commands) -> None:
 
 def table(
     number: Annotated[int, Argument("1 to 5.", metavar="N")],
-    seed: Annotated[int, Option("Seed of the simulated grasps (Table 5).")] = 0,
+    seed: Annotated[int, Option("Table 5: seed of the simulated grasps.")] = 0,
     grasps: Annotated[int, Option("Table 5: test grasps an object in each repetition.", min=1)] = 20,
     repetitions: Annotated[int, Option("Table 5: training sets.", min=1)] = 2,
     processes: Annotated[int | None, Option("Table 5: processes; default: one a processor.")] = None,
@@ -33,12 +33,12 @@ def table(
     from varishold.cli.printing import print_json
     from varishold.paper import paper_table
 
-    if finger_length is not None and number != 5:
-        raise InputError(f"--finger-length belongs to Table 5, got Table {number}")
     if number == 5:
         _table_5(seed, grasps, repetitions, processes, finger_length, json)
         return
-    result = paper_table(number, seed=seed)
+    of_5 = ("seed", "grasps", "repetitions", "processes", "finger_length")
+    refuse_given(*of_5, because=f"belongs to Table 5, got Table {number}")
+    result = paper_table(number)
     if json:
         for row in result.rows:
             print_json(row)
