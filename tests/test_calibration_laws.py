@@ -438,7 +438,7 @@ def test_a_taxel_that_feels_nothing_is_broken_and_alters_no_other(way: Any) -> N
     other = WAYS[kind][1]([with_frames(recording, frames)], **options)
     assert other.sensor.broken is not None
     assert np.argwhere(other.sensor.broken).tolist() == [[3, 4]]
-    assert any("1 taxels" in note for note in other.notes)
+    assert any("1 taxel" in note for note in other.notes)
     assert np.isnan(other.error[3, 4])
     ratio = np.delete((other.sensor.gains / found.sensor.gains).ravel(), 3 * 9 + 4)
     np.testing.assert_allclose(ratio, 1.0, rtol=0.1)

@@ -208,7 +208,8 @@ def test_the_size_is_told_in_words(units: int, words: str) -> None:
         (Score([]), Score([(k, 1) for k in range(units)])),
         ("no", "yes"),
     )
-    assert circuit_size(netlist) == f"{words}{gate_count(netlist)} two-input gates"
+    gates = gate_count(netlist)
+    assert circuit_size(netlist) == f"{words}{gates} two-input gate{'' if gates == 1 else 's'}"
 
 
 @pytest.mark.parametrize(("bits", "gates"), [(20, "7"), (21, "about 100"), (30, "about 150"), (31, "about 160")])

@@ -208,7 +208,7 @@ def test_what_was_mended_is_told(run: Any, small: Path, tmp_path: Path, monkeypa
     box.update_faces(np.arange(len(box.faces)) != 3)
     box.export(tmp_path / "open.stl")
     status, _, told = run("objects", "add", "open.stl", "--library", "small.npz", *ADD)
-    assert (status, told.splitlines()[0]) == (0, "note: open.stl: holes of the mesh were closed with 1 triangles")
+    assert (status, told.splitlines()[0]) == (0, "note: open.stl: holes of the mesh were closed with 1 triangle")
 
 
 def test_a_library_of_unknown_sizes_is_listed(run: Any, tmp_path: Path) -> None:

@@ -227,7 +227,7 @@ def test_a_mode_that_cannot_do_well_says_so(mode: str, classes: int, switches: i
 def test_duplicates_are_reported() -> None:
     clf = HyperplaneClassifier().fit([[1, 0], [1, 0], [0, 1]], ["a", "a", "b"])
     assert clf.grasps_.duplicates == ((1, 2),)
-    assert clf.remarks_ == ("1 grasps repeat the pattern and label of an earlier one",)
+    assert clf.remarks_ == ("1 grasp repeats the pattern and label of an earlier one",)
 
 
 def test_the_same_seed_learns_the_same_circuit() -> None:

@@ -77,7 +77,7 @@ def test_equal_patterns_have_no_bisector() -> None:
 def test_hyperplanes_check_their_parts() -> None:
     with pytest.raises(InputError, match="weights must be -1, 0 or 1"):
         Hyperplanes(np.array([[2, 0]], dtype=np.int8))
-    with pytest.raises(InputError, match="1 hyperplanes need as many names and pairs, got 2"):
+    with pytest.raises(InputError, match="1 hyperplane needs as many names and pairs, got 2"):
         Hyperplanes(np.array([[1, 0]], dtype=np.int8), names=("I", "II"))
 
 
@@ -161,7 +161,7 @@ def test_rows_of_two_classes_with_equal_signs_are_named() -> None:
 
 
 def test_a_sign_table_checks_its_shape() -> None:
-    with pytest.raises(InputError, match=r"2 grasps and 1 hyperplanes needs signs of that shape"):
+    with pytest.raises(InputError, match=r"2 grasps and 1 hyperplane needs signs of that shape"):
         SignTable(np.ones((2, 2), dtype=bool), ("a", "b"), ("I",), (1, 2))
 
 

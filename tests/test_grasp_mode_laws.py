@@ -556,7 +556,8 @@ def test_a_model_comes_back_as_it_was(document, tmp_path):
         path.write_text(json.dumps({**document, "hyperplanes": planes}))
         with pytest.raises(FormatError, match=r"hyperplanes\[0\] must weigh switches 0 to 5 by -1 or 1"):
             read_model(path)
-    for key in document:
+    # Older programs write no checksum.
+    for key in document.keys() - {"checksum"}:
         path.write_text(json.dumps({k: v for k, v in document.items() if k != key}))
         with pytest.raises(FormatError):
             read_model(path)
@@ -587,7 +588,7 @@ def test_a_fit_takes_four_thresholds_and_the_columns_that_are_there(tmp_path):
         fit_model(GraspTable({"what": cells["what"]}), label="what")
     with pytest.raises(InputError, match="there is no column 'f' and 1 more; the model reads 2 columns"):
         both.readings(GraspTable({"g": cells["f"]}))
-    with pytest.raises(InputError, match=r"there is no column 'switch\.s'; the model reads 1 columns"):
+    with pytest.raises(InputError, match=r"there is no column 'switch\.s'; the model reads 1 column of these names"):
         model.readings(GraspTable({"g": cells["f"]}))
 
 
@@ -651,7 +652,7 @@ def test_thresholds_up_to_32_bits_are_read(document, tmp_path):
     path = tmp_path / "model.json"
     for most, taken in ((2.0**31 - 1, True), (2.0**30, True), (2.0**31, False)):
         encoder = {**document["encoder"], "resolution": [1.0] * 3, "thresholds": [[1.0, most]] * 3}
-        path.write_text(json.dumps({**document, "encoder": encoder}))
+        path.write_text(json.dumps({**document, "encoder": encoder, "checksum": None}))
         if taken:
             assert read_model(path).encoder.thresholds_[0][1] == most
         else:

@@ -350,7 +350,7 @@ GRASP = [Evidence("grasp", {"form.0": 1.0})]
         (lambda a: a.with_object("ring", [GRASP], size_m=0.0), "a size of 'ring' must be positive and finite, got 0 m"),
         (lambda a: a.with_object("ring", [GRASP], size_m=-0.1), "a size of 'ring' must be positive and finite"),
         (lambda a: a.with_object("ring", [GRASP], size_m=np.inf), "a size of 'ring' must be positive and finite"),
-        (lambda a: a.with_object("ring", [GRASP], size_m=[0.1, 0.1]), "'ring' has 1 examples, but its sizes have"),
+        (lambda a: a.with_object("ring", [GRASP], size_m=[0.1, 0.1]), "'ring' has 1 example, but its sizes have"),
         (lambda a: a.only(["ring"]), "the library has no 'ring'"),
         (lambda a: a.only([]), "an empty list names no object; the library knows"),
         (lambda a: a.only(["box", "box"]), "an object is named twice among box, box"),
@@ -361,7 +361,7 @@ GRASP = [Evidence("grasp", {"form.0": 1.0})]
         (lambda a: from_examples({"a": [[]]}), "the examples hold no touch"),
         (
             lambda a: from_examples({"a": [GRASP]}, sizes_m={"a": [0.1, 0.2]}),
-            "'a' has 1 examples, but its sizes have shape",
+            "'a' has 1 example, but its sizes have shape",
         ),
         (
             lambda a: from_examples({"a": [GRASP]}, sizes_m={"a": [-0.1]}),

@@ -540,7 +540,7 @@ def test_a_frame_shows_what_came_at_its_very_time() -> None:
     assert {name: each.tolist() for name, each in shown.items()} == {"a": [1, 2, 3], "b": [0, 0, 1]}
     assert remarks == (
         "pad b was read 2 times, pad a 4 times: each frame shows its newest reading",
-        "1 frames are left out, which came before every pad was read",
+        "1 frame is left out, which came before every pad was read",
     )
     with pytest.raises(InputError, match=r"^pad 'b' is first read after the last reading of pad 'a'$"):
         aligned({"a": np.array([0, 10]), "b": np.array([11])})

@@ -337,7 +337,7 @@ BAD = {
     "csv nan": ("a.csv", b"1,2\n3,nan\n\n5,6\n7,8\n", "line 2, column 2 must be finite, got 'nan'"),
     "csv gap": ("a.csv", b"1,2,3\n3,,4\n\n5,6,7\n7,8,9\n", "line 2, column 2 must be a number, got ''"),
     "csv ragged": ("a.csv", b"1,2\n3,4\n\n5,6\n7\n", "line 5 must have 2 numbers like line 1, got 1"),
-    "csv uneven": ("a.csv", b"1,2\n3,4\n\n5,6\n", r"frame 1 \(line 4\) has 1 rows where frame 0 has 2"),
+    "csv uneven": ("a.csv", b"1,2\n3,4\n\n5,6\n", r"frame 1 \(line 4\) has 1 row where frame 0 has 2"),
     "csv prose": ("a.csv", b"once upon a time\nthere was\n", "line 2, column 1 must be a number, got 'there'"),
     "csv header only": ("a.csv", b"a,b,c\n", "there is no line of numbers"),
     "csv one title": ("a.csv", b"time\n1\n2\n\n3\n4\n", "holds no taxels beside the column 'time'"),

@@ -581,7 +581,7 @@ def test_taxels_without_a_number_are_left_out_and_told(tmp_path: Path) -> None:
         writer.finish()
     got = read(path)
     assert got.pads["pad"].usable.tolist() == [[True, False, True]]
-    assert "1 taxels are left out" in got.notes[-1]
+    assert "1 taxel is left out" in got.notes[-1]
 
 
 def test_words_beside_the_readings_are_kept(tmp_path: Path) -> None:

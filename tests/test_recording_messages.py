@@ -530,7 +530,7 @@ def test_pads_of_one_name_are_told_apart() -> None:
             {},
             "field 'pressure' begins at byte 2 of a point of 4",
         ),
-        ({"cells_x": 2, "cells_y": 2, "tactile_array": [1]}, {}, "a matrix of 2 x 2 cells came with 1 values"),
+        ({"cells_x": 2, "cells_y": 2, "tactile_array": [1]}, {}, "a matrix of 2 x 2 cells came with 1 value"),
         ({"taxels": [{"x": 1, "y": 2, "z": "three"}]}, {}, "a taxel came without a number for one of x, y, z"),
         ({"s": [{"values": [1]}] * 2000}, {}, "a message of more than 1024 pads came"),
     ],

@@ -213,7 +213,7 @@ def test_ends_of_line_that_were_written_twice_part_no_frames(tmp_path: Path, end
     if ahead:
         assert recording.time_s is not None
         np.testing.assert_allclose(recording.time_s, np.arange(5) * 0.02)
-    with pytest.raises(FormatError, match=r"frame 0 .* has 1 rows where the given shape has 4"):
+    with pytest.raises(FormatError, match=r"frame 0 .* has 1 row where the given shape has 4"):
         read(tmp_path / "a.csv", shape=(4, 4))
 
 

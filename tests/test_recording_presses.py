@@ -133,7 +133,7 @@ def test_signals_stand_beside_the_frames(signals: dict[str, Signals], told: str)
 
 
 def test_signals_have_a_name_each_or_none() -> None:
-    with pytest.raises(InputError, match="got 1 names of 2"):
+    with pytest.raises(InputError, match="got 1 name of 2"):
         Signals(np.ones((3, 2)), ("x",))
     with pytest.raises(InputError, match="signals must be numbers"):
         Signals(np.array([["a"]]))
@@ -269,6 +269,6 @@ def test_entries_of_no_press_and_numbers_that_are_text_are_told(tmp_path: Path) 
     # A number that no frame has leaves a hole among the entries, which is none beyond the last.
     assert told([0, 0, 2, 2], label=["a", "b", "c"], angle=["x", "y", "z"]) == ()
     assert told([-1, -1, -1, -1], label=["a"]) == (
-        "press.label has 1 entries, and no frame is of a press: the others are passed over",
+        "press.label has 1 entry, and no frame is of a press: the others are passed over",
     )
     assert told(None) == ()

@@ -567,7 +567,7 @@ def test_only_the_last_of_several_pictures_may_be_cut_off(tmp_path: Path) -> Non
         ([1, 2, 3, 4], None),
         ([1, 3, 5, 7], None),
         ([1, 2, 4, 5], "the pictures' numbers jump from 2 to 4"),
-        ([1, 2, 4, 5, 9, 10, 11, 12], "the pictures' numbers jump from 2 to 4 and 1 times more"),
+        ([1, 2, 4, 5, 9, 10, 11, 12], "the pictures' numbers jump from 2 to 4 and 1 time more"),
     ],
 )
 def test_jumps_of_numbers_are_told(tmp_path: Path, numbers: list[int], told: str | None) -> None:

@@ -176,7 +176,7 @@ START = b"#ROSBAG V2.0\n" + record({"op": b"\x03", "index_pos": struct.pack("<Q"
         (START + record({"op": b"\x05"}, b""), "is damaged at byte"),
         (
             START + record({"op": b"\x05", "size": b"\xff\xff\xff\x7f", "compression": b"bz2"}, b"x"),
-            "1 bytes would unpack to 2147483647; nothing measured is so empty",
+            "1 byte would unpack to 2147483647; nothing measured is so empty",
         ),
         (
             START + record({"op": b"\x05", "size": bytes(4), "compression": b"xz"}, b""),

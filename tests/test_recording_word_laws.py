@@ -416,7 +416,7 @@ def test_taxels_that_are_no_numbers_are_left_out_of_those_that_count() -> None:
     valid, remarks = left_out(PadFacts("p", valid=mask), finite)
     assert valid is not None
     assert valid.tolist() == [[True, False], [False, True]]
-    assert remarks == ("pad p: 1 taxels are left out, whose readings are no numbers",)
+    assert remarks == ("pad p: 1 taxel is left out, whose readings are no numbers",)
     assert left_out(PadFacts("p", field=finite), finite) == (None, ())
     assert left_out(PadFacts("p", valid=np.ones((1, 3), bool)), np.ones((2, 2), bool))[1] == ()
 
@@ -894,7 +894,7 @@ def test_lengths_of_tekscan_are_in_the_unit_that_is_said(
         (("ASCII_DATA @@\n", ""), "is cut off: there is no line ASCII_DATA"),
         (("Frame 3\n", ""), "line 5 must be 'Frame n', got '1,2'"),
         (("5,6", "5,B"), "frame 5 (line 9) differs from the first in where B stands, at (row, col) = (0, 1); a sensel is there in all frames or in none"),
-        (("7,8\n", ""), "frame 5 (line 9) has 1 rows, ROWS says 2"),
+        (("7,8\n", ""), "frame 5 (line 9) has 1 row, ROWS says 2"),
     ],
 )  # fmt: skip
 def test_what_tekscan_cannot_say_is_told(tmp_path: Path, change: tuple[str, str], told: str) -> None:
@@ -983,7 +983,7 @@ def test_clocks_of_xsensor_are_seconds_of_a_day(tmp_path: Path) -> None:
         (("Rows:,2", "Rows:,0"), "Rows must be a whole number from 1 to 10000, got '0'"),
         (("Rows:,2", "Rows:,10001"), "Rows must be a whole number from 1 to 10000, got '10001'"),
         (("Columns:,2", "Columns:,"), "Columns must be a whole number from 1 to 10000, got 'nothing'"),
-        (("7,8\n", ""), "frame 1 (line 11) has 1 rows, Rows says 2"),
+        (("7,8\n", ""), "frame 1 (line 11) has 1 row, Rows says 2"),
     ):
         path.write_text(XSENSOR.replace(*change))
         said(lambda: read(path), f"{path}: {told}")
@@ -1010,7 +1010,7 @@ def test_clocks_of_xsensor_are_seconds_of_a_day(tmp_path: Path) -> None:
         (["1,2,3"] * 2, (2, 4), "a line must hold 8 numbers, or one more with the time ahead, for this shape; got 3"),
         (["1,2,3"] * 2, None, "2 lines of 3 numbers and no blank line between frames: say the shape of a frame, (rows, columns)"),
         (["1,2", "1,2", "", "1,2", "1,2"], (3, 2), "frame 0 (line 1) has 2 rows where the given shape has 3"),
-        (["1,2", "1,2", "", "1,2"], None, "frame 1 (line 4) has 1 rows where frame 0 has 2"),
+        (["1,2", "1,2", "", "1,2"], None, "frame 1 (line 4) has 1 row where frame 0 has 2"),
         (["1,2", "1,2", "", "3,4", "3,4"], None, [[[1, 2], [1, 2]], [[3, 4], [3, 4]]]),
         (["time,b", "1,2", "1,2", "", "3,4", "3,4"], None, [[[2], [2]], [[4], [4]]]),
         (["time", "1", "", "3"], None, "holds no taxels beside the column 'time'"),

@@ -146,7 +146,7 @@ def test_the_pages_charts_hold_the_evaluations_figures(n_things: int) -> None:
     radii, most = [r for _, _, r in spots(kept)], max(b.n for b in bins)
     assert radii == pytest.approx([2.5 + 5 * math.sqrt(b.n / most) for b in bins], abs=0.06)
     assert [t.text for t in kept.iter("title")] == [
-        f"{b.n} answers: stated {percent(b.probability)}, right {percent(b.right)}" for b in bins
+        f"{b.n} answer{'s' * (b.n != 1)}: stated {percent(b.probability)}, right {percent(b.right)}" for b in bins
     ]
     assert not of_class(kept, "line")
     assert len(of_class(kept, "chord")) == 1

@@ -1039,7 +1039,7 @@ def test_remarks_are_told_up_to_a_dozen():
         n = len(recording.remarks)
         assert n >= count
         assert told[:12] == [sentence(r) for r in recording.remarks[:12]]
-        assert told[12:] == ([f"The recording has {n - 12} remarks more."] if n > 12 else [])
+        assert told[12:] == ([f"The recording has {n - 12} remark{'s' * (n > 13)} more."] if n > 12 else [])
 
 
 def test_of_very_many_contacts_an_even_choice_is_shown():

@@ -188,7 +188,7 @@ def test_a_small_hole_is_closed_and_told_and_faces_turned_inside_out_are_turned_
     box.update_faces(np.arange(len(box.faces)) != 3)
     box.export(tmp_path / "open.stl")
     mesh = read_mesh(tmp_path / "open.stl")
-    assert mesh.remarks == ("holes of the mesh were closed with 1 triangles",)
+    assert mesh.remarks == ("holes of the mesh were closed with 1 triangle",)
     assert mesh.volume == pytest.approx(0.08**3, rel=1e-5)
     ball = trimesh.creation.icosphere(subdivisions=1)
     ball.invert()

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from varishold._counted import counted
 from varishold.calibration.gains_behind import GAIN_READINGS, readings_of_gains
 from varishold.calibration.readings import Presses, presses_of
 from varishold.calibration.response_fit import fit_response
@@ -118,7 +119,10 @@ def calibrate_even(
     )
     notes = [*found.notes, *uneven, *bent_words]
     if broken.any():
-        notes.append(f"{np.count_nonzero(broken)} taxels feel nothing and are marked broken in the gain map")
+        notes.append(
+            counted(np.count_nonzero(broken), "taxel feels nothing and is", "taxels feel nothing and are")
+            + " marked broken in the gain map"
+        )
     if found.n < 2:
         notes.append("one press: how well it repeats is not known")
     made = found.sensor_with(
@@ -163,7 +167,7 @@ def _positive_pressures(pressure_pa: ArrayLike) -> Floats:
 def _one_a_press(told: Floats, n: int) -> Floats:
     if told.size != n:
         raise InputError(
-            f"pressure_pa must be one positive number for each of the {n} presses found, got {told.size}: "
+            f"pressure_pa must be one positive number for each of the {counted(n, 'press')} found, got {told.size}: "
             f"{', '.join(f'{p:g}' for p in told[:8])}"
         )
     return told

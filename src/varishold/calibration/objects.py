@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.calibration.explanation import (
     BLUR,
     DEAD,
@@ -119,7 +120,8 @@ def _check_enough(recordings: Sequence[Recording], things: Sequence[KnownObject]
         count = int(np.count_nonzero(found.recording == number))
         if count < FEWEST_OF_EACH:
             raise InputError(
-                f"{recordings[number].source or f'recording {number}'}: {count} presses of a {thing.kind} are too few, "
+                f"{recordings[number].source or f'recording {number}'}: {counted(count, 'press')} of a {thing.kind} "
+                f"{'is' if count == 1 else 'are'} too few, "
                 f"{FEWEST_OF_EACH} are the least, ten at different places and depths good"
             )
 

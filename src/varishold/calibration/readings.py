@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import InputError, require_a
 from varishold.frame import recording_noise
 from varishold.recording import Pad, Recording, presses
@@ -358,7 +359,7 @@ def _check_still(pad: Pad, quiet: NDArray[np.intp], runs: list[range], sigma: fl
     n_moved = int(np.count_nonzero(np.abs(moved) > max(_MOVED_SIGMAS * error, _MOVED_SHARE * peak)))
     if n_moved >= max(2, (_MOVED_TAXELS if all(seen) else _MOVED_PAD) * moved.size):
         raise InputError(
-            f"{source}: the rest moves: {n_moved} taxels by up to {np.abs(moved).max():.3g} between frames "
+            f"{source}: the rest moves: {counted(n_moved, 'taxel')} by up to {np.abs(moved).max():.3g} between frames "
             f"{ends[0][-1]} and {ends[1][0]}, {100 * np.abs(moved).max() / peak:.0f} % of a press; let the sensor warm "
             "up, and record again"
         )

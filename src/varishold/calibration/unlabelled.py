@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, ndimage
 
+from varishold._counted import counted
 from varishold.calibration.readings import Presses, presses_of
 from varishold.calibration.result import Calibration, Finding
 from varishold.errors import InputError
@@ -176,12 +177,22 @@ def _notes(found: Presses, broken: NDArray[np.bool_], silent: NDArray[np.bool_])
     """Say which taxels are broken, and which were hardly pressed."""
     notes = []
     if broken.any():
-        notes.append(f"{np.count_nonzero(broken)} taxels stay silent under presses and are marked broken")
+        notes.append(
+            counted(
+                np.count_nonzero(broken),
+                "taxel stays silent under presses and is",
+                "taxels stay silent under presses and are",
+            )
+            + " marked broken"
+        )
     if found.n < _FEW and np.count_nonzero(silent) > (1 - _WELL_PRESSED) * np.count_nonzero(found.usable):
-        notes.append(f"{found.n} presses are few for this pad: {_FEW} to 100, all over it, are good")
+        notes.append(
+            f"{counted(found.n, 'press is', 'presses are')} few for this pad: {_FEW} to 100, all over it, are good"
+        )
     if silent.any():
         notes.append(
-            f"{np.count_nonzero(silent)} taxels were hardly pressed: their gain is taken as 1; press there too"
+            counted(np.count_nonzero(silent), "taxel was hardly pressed: its", "taxels were hardly pressed: their")
+            + " gain is taken as 1; press there too"
         )
     return notes
 
@@ -203,7 +214,8 @@ def _check_reached(reached: NDArray[np.bool_], found: Presses) -> None:
     n, of = np.count_nonzero(reached & found.usable), np.count_nonzero(found.usable)
     if n < _LEAST_PRESSED * of:
         raise InputError(
-            f"{found.n} unlabelled presses press only {n} of {of} taxels three times or more: press more, all over the "
+            f"{counted(found.n, 'unlabelled press presses', 'unlabelled presses press')} "
+            f"only {n} of {of} taxels three times or more: press more, all over the "
             "pad; 50 to 100 presses are good",
             parameter="kind",
         )

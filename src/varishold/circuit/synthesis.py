@@ -20,6 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
+from varishold._counted import counted
 from varishold.circuit.gates import FALSE, TRUE, GateNetwork
 from varishold.circuit.netlist import Netlist
 from varishold.circuit.sharing import shared_adders
@@ -70,8 +71,7 @@ def circuit_size(netlist: Netlist) -> str:
         abs(weight).bit_count() for layer in (netlist.units, netlist.scores) for x in layer for _, weight in x.weights
     )
     gates = f"{gate_count(netlist)}" if bits <= _COUNTED_BITS else f"about {float(f'{_FULL_ADDER * bits:.1e}'):.0f}"
-    count = len(netlist.units)
-    return f"{count} hyperplane{'' if count == 1 else 's'}, {gates} two-input gates"
+    return f"{counted(len(netlist.units), 'hyperplane')}, {gates} two-input gate{'' if gates == '1' else 's'}"
 
 
 def synthesize(netlist: Netlist, *, wide: bool = False) -> tuple[GateNetwork, list[int]]:

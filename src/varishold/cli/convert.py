@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
+from varishold._counted import counted
 from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
 from varishold.cli.options import PitchM, Shape
@@ -41,5 +42,4 @@ def convert(
     for each in lost:
         echo(f"lost: {each}")
     same = "the rest is the same" if lost else "the same"
-    frames = "1 frame" if recording.n_frames == 1 else f"{recording.n_frames} frames"
-    echo(f"{output}: {frames}, read back and compared: {same}")
+    echo(f"{output}: {counted(recording.n_frames, 'frame')}, read back and compared: {same}")

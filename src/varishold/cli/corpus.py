@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
+from varishold._counted import counted
 from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes, with_option
 from varishold.cli.options import Cluster, KeepParts, PitchM, SensorFile, Shape, Workers
@@ -157,8 +158,10 @@ def _write_table(files: list[str], ask: Ask, spread: Spread, reading: _Reading) 
             }
         )
     else:
-        recordings = "1 recording" if n_good == 1 else f"{n_good} recordings"
-        echo(f"{spread.output}: {found.n_rows} {ask.counted} in {found.n_frames} frames of {recordings}")
+        echo(
+            f"{spread.output}: {counted(found.n_rows, ask.counted)} in {counted(found.n_frames, 'frame')} of "
+            f"{counted(n_good, 'recording')}"
+        )
         if found.failures:
             echo(
                 f"note: {', '.join(found.failures)} not in it; mend or leave out, and run again: the parts of the "

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
+from varishold._counted import counted
 from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
 from varishold.cli.options import (
@@ -220,8 +221,8 @@ def _print(found: Evaluation) -> None:
     def say(text: str) -> None:
         echo(text.replace("\u202f", " ").replace("−", "-") + mark)
 
-    groups = f" of {len(found.groups)} groups" if found.groups else ""
-    echo(f"{found.n_presses} presses{groups}, {len(found.things)} things")
+    groups = f" of {counted(len(found.groups), 'group')}" if found.groups else ""
+    echo(f"{counted(found.n_presses, 'press')}{groups}, {counted(len(found.things), 'thing')}")
     say(headline(found))
     for line in figure_lines(found):
         where = f"({line.interval}) " if line.interval else ""
@@ -229,8 +230,7 @@ def _print(found: Evaluation) -> None:
     for shots in found.shots:
         mine = "-" if shots.right is None else f"{percent(shots.right.value)} ({interval(shots.right)})"
         beside = "" if shots.peer is None else f"; best peer {percent(shots.peer.value)}"
-        press = "1 press" if shots.presses == 1 else f"{shots.presses} presses"
-        say(f"  learned from {press + ' a thing':<23} {mine}{beside}")
+        say(f"  learned from {counted(shots.presses, 'press') + ' a thing':<23} {mine}{beside}")
     for peer in found.peers:
         ahead = f"ours {points(peer.ahead.value)} points ({interval(peer.ahead, signed=True)})"
         say(f"  peer: {peer.name:<30} {percent(peer.right.value):>12}  {ahead}")

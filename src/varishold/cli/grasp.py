@@ -6,6 +6,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
+from varishold._counted import counted
 from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
 from varishold.cli.options import refuse_given
@@ -85,14 +86,16 @@ def fit(
     write_model(model, output)
     clf = model.classifier
     echo(
-        f"{output}: {len(grasps)} grasps of {len(clf.classes_)} objects, {len(model.columns)} columns, "
-        f"{clf.n_features_in_} switches, mode {clf.mode_}, {circuit_size(clf.netlist_)}"
+        f"{output}: {counted(len(grasps), 'grasp')} of {counted(len(clf.classes_), 'object')}, "
+        f"{counted(len(model.columns), 'column')}, "
+        f"{counted(clf.n_features_in_, 'switch')}, mode {clf.mode_}, {circuit_size(clf.netlist_)}"
     )
     for text in (*(f"{each}: {note}" for each in files for note in encoding_notes(each)), *clf.remarks_):
         echo(f"note: {text}")
     if mode is Mode.auto and len(clf.grasps_) < FEWEST_TELLING:
         echo(
-            f"note: {len(clf.grasps_)} different grasps do not tell whether a smaller circuit does as well, "
+            f"note: {counted(len(clf.grasps_), 'grasp does', 'different grasps do')} not tell "
+            f"whether a smaller circuit does as well, "
             f"{FEWEST_TELLING} may; --mode robust makes one all the same"
         )
 

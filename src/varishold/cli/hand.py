@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from varishold._counted import counted
 from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Writes
 from varishold.cli.hand_file import HandName, hand_named
@@ -120,7 +121,7 @@ def collect(
             anew=force,
         )
     held = table.cells["held"]
-    echo(f"{output}: {len(table)} rows, {int(held.sum())} held")
+    echo(f"{output}: {counted(len(table), 'row')}, {int(held.sum())} held")
 
 
 def _words(objects: list[str]) -> list[str]:
@@ -179,7 +180,7 @@ def _print_grasp(done: Grasp, setting: HandSetting) -> None:
         if attempt.search is not None:
             found = "found" if attempt.search.found else "not found"
             console.print(
-                f"search: {found}, felt from both sides {attempt.search.touches} times, "
+                f"search: {found}, felt from both sides {counted(attempt.search.touches, 'time')}, "
                 f"moved aside {attempt.search.shift_m * 1e3:+.0f} mm",
                 highlight=False,
             )

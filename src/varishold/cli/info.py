@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import click
 
+from varishold._counted import counted
 from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads
 from varishold.cli.options import Shape
@@ -118,7 +119,7 @@ def _lines(found: Summary) -> list[str]:
 
 def _pad_line(pad: PadSummary) -> str:
     rows, cols = pad.shape
-    taxels = f"{rows} x {cols} taxels" if pad.on_grid else f"{cols} taxels on no grid"
+    taxels = f"{rows} x {cols} taxels" if pad.on_grid else f"{counted(cols, 'taxel')} on no grid"
     if pad.n_taxels < rows * cols:
         taxels += f", {pad.n_taxels} of them in the field"
     if pad.n_broken:

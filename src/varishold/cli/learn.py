@@ -7,6 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from varishold._counted import counted
 from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
 from varishold.cli.options import (
@@ -90,7 +91,10 @@ def learn(
     with progress_bar("learning") as update:
         classifier.fit(given.presses, given.labels, given.groups, tick=lambda: update(advance=1))
     write_model(classifier, output)
-    echo(f"{output}: {len(given)} presses of {len(classifier.classes_)} things; {_told_loss(classifier.loss_)}")
+    echo(
+        f"{output}: {counted(len(given), 'press')} of {counted(len(classifier.classes_), 'thing')}; "
+        f"{_told_loss(classifier.loss_)}"
+    )
     for remark in (*odd_recordings(files, read), *classifier.remarks_):
         echo(f"note: {remark}")
 
@@ -151,7 +155,10 @@ def _add(recordings: list[str], add: tuple[str, str], output: Path, sensor: str 
     for remark in (*odd_recordings([file], [recording]), *model.remarks_on(presses), *model.remarks_[said:]):
         echo(f"note: {remark}")
     write_model(model, output)
-    echo(f"{output}: {label.strip()} added from {len(presses)} presses; {len(model.classes_)} things")
+    echo(
+        f"{output}: {label.strip()} added from {counted(len(presses), 'press')}; "
+        f"{counted(len(model.classes_), 'thing')}"
+    )
 
 
 def recognize(
@@ -202,7 +209,13 @@ def recognize(
         learned = learned.adapt(unlabelled)
         if not json:
             some, faint = learned.adapted_to_, len(unlabelled) - learned.adapted_to_
-            which = f"{some} of these {len(unlabelled)} presses" if faint else f"these {some} presses"
+            which = (
+                f"{some} of these {len(unlabelled)} presses"
+                if faint
+                else f"this {counted(some, 'press')}"
+                if some == 1
+                else f"these {some} presses"
+            )
             why = f"; {faint} that {'bears' if faint == 1 else 'bear'} next to nothing left out" if faint else ""
             echo(f"note: drift since the model was learned was estimated from {which}{why}")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from varishold._counted import counted
 from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
 from varishold.cli.hand_file import FeelingHandName, hand_named, require_library_of
@@ -113,13 +114,15 @@ def add(
         if json:
             print_json(told)
             continue
-        missed = f" of {count}" if n < count else ""
-        parts = f"{len(thing.parts)} convex part{'' if len(thing.parts) == 1 else 's'}"
-        echo(f"{thing.called}: {_millimetres(thing.extents_m)}, {parts}, felt {n}{missed} times")
+        parts = f"{counted(len(thing.parts), 'convex part')}"
+        echo(
+            f"{thing.called}: {_millimetres(thing.extents_m)}, {parts}, "
+            f"felt {counted(n, 'time') if n == count else f'{n} of {count} times'}"
+        )
         for note in notes:
             tell(f"note: {thing.called}: {note}")
     if not json:
-        echo(f"{library}: {len(grown.objects)} objects")
+        echo(f"{library}: {counted(len(grown.objects), 'object')}")
 
 
 def _notes(n: int, alike: dict[str, int]) -> list[str]:
@@ -184,7 +187,7 @@ def feel(
         rows = {row["object"]: row["examples"] for row in (_row(made, name) for name in made.objects)}
         print_json({"library": str(output), "hand": by, "objects": rows, "touches": list(made.touches), "seed": seed})
         return
-    echo(f"{output}: {len(made.objects)} objects, felt {len(made)} times by the hand {by}")
+    echo(f"{output}: {counted(len(made.objects), 'object')}, felt {counted(len(made), 'time')} by the hand {by}")
     echo(f"touches: {', '.join(made.touches)}")
 
 
@@ -219,7 +222,7 @@ def taxels(
         told = {name.replace("_", "-"): value for name, value in asdict(of).items() if value}
         print_json({"library": str(output), "objects": len(known.objects), "taxels": told, "seed": seed})
         return
-    echo(f"{output}: {len(known.objects)} objects, felt by taxels of {words}")
+    echo(f"{output}: {counted(len(known.objects), 'object')}, felt by taxels of {words}")
 
 
 def _library(path: Path, force: bool) -> Library:
@@ -243,7 +246,9 @@ def _things(meshes: list[Path], names: list[str] | None, size_m: float | None, l
     from varishold.exploration.mesh_object import check_name
 
     if names and len(names) != len(meshes):
-        raise InputError(f"{len(meshes)} meshes need as many names, got {len(names)}", parameter="name")
+        raise InputError(
+            f"{counted(len(meshes), 'mesh needs', 'meshes need')} as many names, got {len(names)}", parameter="name"
+        )
     called = [check_name(each) for each in names or [path.stem for path in meshes]]
     for k, each in enumerate(called):
         if each in library.objects:
@@ -309,7 +314,7 @@ def show(
     if json:
         print_json(row | {"touches": touches})
         return
-    echo(f"{name}: {row['examples']} examples, {_sizes(row)}")
+    echo(f"{name}: {counted(row['examples'], 'example')}, {_sizes(row)}")
     wide = max(len(touch) for touch in touches)
     for touch, told in touches.items():
         alike = "" if told["power"] is None else f", tells {100 * told['power']:3.0f} % of what is most like it from it"

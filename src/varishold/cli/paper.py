@@ -38,7 +38,7 @@ def table(
         return
     of_5 = ("seed", "grasps", "repetitions", "processes", "finger_length")
     refuse_given(*of_5, because=f"belongs to Table 5, got Table {number}")
-    result = paper_table(number)
+    result = paper_table(number, seed=seed)
     if json:
         for row in result.rows:
             print_json(row)

@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from varishold._counted import counted
 from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
 from varishold.cli.printing import echo, print_json, tell
@@ -156,7 +157,7 @@ def _tell(recorder: Recorder, out: Path, *, json: bool) -> None:
         print_json({**told, "odd_clock": tally.odd_clock})
         return
     rate = "" if tally.rate_hz is None else f", {tally.rate_hz:.4g} a second"
-    words = [f"{out}: {tally.samples} frames in {tally.seconds:.2f} s{rate}"]
+    words = [f"{out}: {counted(tally.samples, 'frame')} in {tally.seconds:.2f} s{rate}"]
     if tally.lost:
         words.append(f"{tally.lost} never came, by the sensor's own numbers")
     if recorder.overrun:

@@ -6,6 +6,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from varishold._counted import counted
 from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
 from varishold.cli.options import PitchM, Shape
@@ -151,7 +152,7 @@ def calibrate(
     if json:
         print_json({"sensor": str(output), **found.to_dict()})
         return
-    echo("1 press" if found.presses == 1 else f"{found.presses} presses")
+    echo(counted(found.presses, "press"))
     for finding in found.findings:
         echo(f"found: {finding}")
     for words in found.unknown:

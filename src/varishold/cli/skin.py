@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from varishold._counted import counted
 from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
 from varishold.cli.printing import echo
@@ -174,7 +175,7 @@ def collect(
             advance=lambda done: update(advance=done),
         )
     went_on = f", {found} of them from an interrupted call" if found else ""
-    echo(f"{output}: {count} presses{went_on}")
+    echo(f"{output}: {counted(count, 'press')}{went_on}")
 
 
 def _skin(path: Path | None) -> Skin:

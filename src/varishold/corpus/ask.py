@@ -45,7 +45,7 @@ class Ask(Protocol):
 
     @property
     def counted(self) -> str:
-        """What a row is, in the plural."""
+        """What a row is."""
 
     @property
     def columns(self) -> tuple[Column, ...]:

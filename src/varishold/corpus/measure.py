@@ -61,7 +61,7 @@ class AskMeasure:
     """
 
     title: ClassVar[str] = "measure"
-    counted: ClassVar[str] = "contacts"
+    counted: ClassVar[str] = "contact"
 
     levels: int = 32
     floor: float | None = None

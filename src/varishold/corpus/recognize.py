@@ -54,7 +54,7 @@ class AskRecognize:
     """
 
     title: ClassVar[str] = "recognize"
-    counted: ClassVar[str] = "presses"
+    counted: ClassVar[str] = "press"
 
     model: str
     digest: str

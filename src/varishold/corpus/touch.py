@@ -33,7 +33,7 @@ class AskTouch:
     """
 
     title: ClassVar[str] = "touch"
-    counted: ClassVar[str] = "contacts"
+    counted: ClassVar[str] = "contact"
 
     frames: str = "all"
     levels: int = 32

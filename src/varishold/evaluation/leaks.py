@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.evaluation.features import pooled_frames
 from varishold.evaluation.figures import share_figure
 from varishold.evaluation.held_out import Felt
@@ -131,7 +132,7 @@ def duplicated(presses: Sequence[Press], split: Split) -> Leak | None:
     copies = sum(len(np.unique(split.fold[first == k])) > 1 for k in np.unique(first))
     if not copies:
         return None
-    held = "1 press is" if copies == 1 else f"{copies} presses are"
+    held = counted(copies, "press is", "presses are")
     return Leak(
         "same presses on both sides",
         f"{held} there more than once, with identical frames, on both sides of the split; leave the copies out",

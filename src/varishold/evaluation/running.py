@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from varishold._counted import counted
 from varishold._name import refuse_name_of_strangers
 from varishold.errors import InputError
 from varishold.evaluation.figures import FEWEST_GROUPS, difference_figure, share_figure
@@ -171,7 +172,7 @@ def interval_remarks(groups: NDArray[Any] | None) -> list[str]:
     n = 0 if groups is None else len(np.unique(groups))
     if n >= FEWEST_GROUPS:
         return []
-    have = "no groups are given" if groups is None else f"there {'is 1 group' if n == 1 else f'are {n} groups'} only"
+    have = "no groups are given" if groups is None else f"there {'is' if n == 1 else 'are'} {counted(n, 'group')} only"
     return [
         f"{have}: no interval over groups can be given ({FEWEST_GROUPS} are needed); intervals are over presses, "
         "and too narrow where presses of one session are alike"

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import InputError
 from varishold.trust import group_folds, same_partition
 
@@ -85,9 +86,8 @@ def split_presses(labels: NDArray[np.str_], groups: NDArray[np.str_] | None, *, 
         counts = np.bincount(codes)
         if counts.min() <= FEWEST_PRESSES:
             rarest = int(np.argmin(counts))
-            has = "1 press" if counts[rarest] == 1 else f"{counts[rarest]} presses"
             raise InputError(
-                f"{str(classes[rarest])!r} has {has} only: give each thing at "
+                f"{str(classes[rarest])!r} has {counted(counts[rarest], 'press')} only: give each thing at "
                 f"least {FEWEST_PRESSES + 1}, one to be held out and {FEWEST_PRESSES} to learn from"
             )
         fold = group_folds(labels, folds=folds)

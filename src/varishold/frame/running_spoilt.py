@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.frame.fault import Mask
 from varishold.frame.spoilt import (
     FEWEST_COLS,
@@ -106,7 +107,7 @@ class RunningSpoilt:
     def words(self) -> tuple[str, ...]:
         """Return how many readings were spoilt, in words; nothing where none was."""
         many = self._n_all
-        return (f"{many} reading{'s' * (many > 1)} broken off or full of noise: taken as before",) if many else ()
+        return (f"{counted(many, 'reading')} broken off or full of noise: taken as before",) if many else ()
 
     def _take(self, values: NDArray[Any], rough: float) -> None:
         """Take a good reading in."""

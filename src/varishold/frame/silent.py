@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.frame.fault import Floats, Frames, Mask, blocks_of, pieces_at
 from varishold.frame.runs import runs_of
 from varishold.frame.spread import spread_over
@@ -61,7 +62,7 @@ class Silent:
         """Return which frames have none, in words."""
         silent = self.instead != np.arange(len(self.instead))
         runs = [f"{run[0]}" if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs_of(silent)]
-        listed = ", ".join(runs[:3]) + (f" and {len(runs) - 3} times more" if len(runs) > 3 else "")
+        listed = ", ".join(runs[:3]) + (f" and {counted(len(runs) - 3, 'time')} more" if len(runs) > 3 else "")
         what = "frame" if len(runs) == 1 and "to" not in runs[0] else "frames"
         return (f"{what} {listed}: all taxels show one and the same value, the pad said nothing; taken as before it",)
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.frame.fault import Floats, Frames, Mask, blocks_of, in_type, pieces_at
 from varishold.frame.runs import runs_of
 from varishold.frame.spread import spread_over
@@ -88,7 +89,7 @@ class Spoilt:
         told = []
         for many, what in ((broken, "broken off before the last taxel"), (len(self.begins) - broken, "full of noise")):
             if many:
-                told.append(f"{many} frame{'s' * (many > 1)} {what}: taken as between the frames beside")
+                told.append(f"{counted(many, 'frame')} {what}: taken as between the frames beside")
         return tuple(told)
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.frame.fault import Frames, Mask, blocks_of, pieces_at
 from varishold.frame.spread import spread_over
 
@@ -48,10 +49,8 @@ class Wrapped:
 
     def words(self) -> tuple[str, ...]:
         """Return how many readings are below zero, in words."""
-        return (
-            f"{self.below} readings below zero were stored without their sign, as {self.bits}-bit numbers: "
-            "taken as below zero",
-        )
+        were = counted(self.below, "reading below zero was", "readings below zero were")
+        return (f"{were} stored without their sign, as {self.bits}-bit numbers: taken as below zero",)
 
 
 def wrapped_readings(frames: Frames, usable: Mask) -> Wrapped | None:

@@ -9,6 +9,7 @@ from typing import Any, Literal, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from varishold._counted import counted
 from varishold.circuit import Netlist
 from varishold.errors import InputError, require
 from varishold.frame.checks import as_given, is_number
@@ -243,7 +244,7 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
             Prints as a few lines.
         """
         check_is_fitted(self)
-        read = as_given(v, f"a grasp must be a row of {self.n_features_in_} switches")
+        read = as_given(v, f"a grasp must be a row of {counted(self.n_features_in_, 'switch')}")
         patterns, _ = self._checked(read.reshape(1, -1), finite="allow-nan")
         (k,), (distance,) = nearest_pattern(patterns, self.grasps_.patterns)
         nearest = None
@@ -313,7 +314,7 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         remarks = [f"grasps {_listed(rows)} have equal patterns but different labels" for rows in against]
         if self.grasps_.duplicates:
             more = sum(len(rows) - 1 for rows in self.grasps_.duplicates)
-            remarks.append(f"{more} grasps repeat the pattern and label of an earlier one")
+            remarks.append(f"{counted(more, 'grasp repeats', 'grasps repeat')} the pattern and label of an earlier one")
         untold = [label for k, label in enumerate(self.grasps_.classes) if k not in self.grasps_.labels]
         remarks += [f"nothing tells {label}: all its grasps contradict others" for label in untold]
         if self.selection_ is not None and self.selection_.gap:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from varishold._counted import counted
 from varishold._lazy import missing_extra
 from varishold.errors import InputError
 
@@ -66,7 +67,7 @@ except ModuleNotFoundError as _error:
         if given is None:
             return np.array([f"x{i}" for i in range(estimator.n_features_in_)], dtype=object)
         if len(given) != estimator.n_features_in_:
-            raise InputError(f"there are {estimator.n_features_in_} inputs, got {len(given)} names")
+            raise InputError(f"there are {estimator.n_features_in_} inputs, got {counted(len(given), 'name')}")
         return np.asarray(given, dtype=object)
 
     def validate_data(estimator: Any, X: Any, *targets: Any, reset: bool = True, dtype: Any = None, **_: Any) -> Any:
@@ -75,5 +76,7 @@ except ModuleNotFoundError as _error:
             raise missing_extra(_missing) from None
         values = np.asarray(X, dtype=dtype)
         if values.ndim != 2 or values.shape[1] != estimator.n_features_in_:
-            raise InputError(f"X must have {estimator.n_features_in_} columns, got an array of shape {values.shape}")
+            raise InputError(
+                f"X must have {counted(estimator.n_features_in_, 'column')}, got an array of shape {values.shape}"
+            )
         return values

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.grasp.certificate import certify, unit_flips
 from varishold.grasp.compiled import CompiledCircuit
 from varishold.grasp.hyperplanes import Hyperplanes
@@ -92,10 +93,10 @@ class Explanation:
         lines = [reason.told(names) for reason in self.hyperplanes]
         if self.nearest is not None:
             number, label, distance = self.nearest
-            differ = "1 switch differs" if distance == 1 else f"{distance} switches differ"
+            differ = counted(distance, "switch differs", "switches differ")
             lines.append(f"nearest training grasp: v{number} ({label}), {differ}")
         n = self.certified_flips
-        bears = f"any {n} wrong switch{'' if n == 1 else 'es'}" if n else "no wrong switch for certain"
+        bears = f"any {counted(n, 'wrong switch')}" if n else "no wrong switch for certain"
         if self.flips:
             wrong = _switches(self.flips, names)
             lines.append(f"the answer bears {bears}; {wrong} read wrongly would make it {self.other}")

@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import InputError, require
 
 __all__ = ["Hyperplanes", "align", "bisectors", "distinct", "roman"]
@@ -61,7 +62,7 @@ class Hyperplanes:
             object.__setattr__(self, "pairs", np.full((len(self.weights), 2), -1, dtype=np.int64))
         require(
             len(self.names) == len(self.weights) and self.pairs.shape == (len(self.weights), 2),
-            f"{len(self.weights)} hyperplanes need as many names and pairs, "
+            f"{counted(len(self.weights), 'hyperplane needs', 'hyperplanes need')} as many names and pairs, "
             f"got {len(self.names)} and {self.pairs.shape}",
         )
 

@@ -10,6 +10,7 @@ from itertools import compress
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.circuit import Netlist
 from varishold.circuit.netlist import MAX_NAME_LENGTH
 from varishold.errors import FormatError, InputError, require, require_a
@@ -80,8 +81,9 @@ class GraspModel:
         if missing:
             more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
             raise InputError(
-                f"{table.source}: there is no column {missing[0]!r}{more}; the model reads {len(self.columns)} "
-                "columns of these names"
+                f"{table.source}: there is no column {missing[0]!r}{more}; the model reads "
+                f"{counted(len(self.columns), 'column')} "
+                "of these names"
             )
         return readings_of(_values(table, self.columns, self.encoder, unknown=True), self.encoder)
 
@@ -102,7 +104,8 @@ class GraspModel:
             if "no column matches" not in str(error):
                 raise
             raise InputError(
-                f"{os.fspath(path)}: has none of the model's {len(self.columns)} columns, {self.columns[0]!r} the first"
+                f"{os.fspath(path)}: has none of the model's {counted(len(self.columns), 'column')}, "
+                f"{self.columns[0]!r} the first"
             ) from error
 
     def answer(self, table: GraspTable, *, why: bool = False) -> Iterator[GraspAnswer]:

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import require
 from varishold.grasp.cover import smallest_cover
 from varishold.grasp.training import distinct_rows, enemy_pairs
@@ -51,8 +52,7 @@ class Selection:
 
     def __str__(self) -> str:
         if self.gap == 0:
-            plural = "" if len(self.columns) == 1 else "s"
-            return f"{len(self.columns)} hyperplane{plural}, the fewest that separate the classes"
+            return f"{counted(len(self.columns), 'hyperplane')}, the fewest that separate the classes"
         return (
             f"{len(self.columns)} hyperplanes; between {self.lower_bound} and {len(self.columns)} are needed "
             f"(gap {self.gap})"

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.circuit import minimize
 from varishold.errors import require
 from varishold.grasp.hyperplanes import align
@@ -52,7 +53,8 @@ class SignTable:
     def __post_init__(self) -> None:
         require(
             self.signs.shape == (len(self.labels), len(self.hyperplanes)) and len(self.grasps) == len(self.labels),
-            f"a sign table of {len(self.labels)} grasps and {len(self.hyperplanes)} hyperplanes needs signs "
+            f"a sign table of {counted(len(self.labels), 'grasp')} and "
+            f"{counted(len(self.hyperplanes), 'hyperplane')} needs signs "
             f"of that shape and as many grasp numbers, got {self.signs.shape} and {len(self.grasps)}",
         )
 

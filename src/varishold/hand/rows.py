@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import InputError
 from varishold.hand.actions import Step
 from varishold.hand.grasping import Grasp, HandSetting
@@ -79,7 +80,8 @@ def require_layout(table: GraspTable, layout: Layout) -> None:
     if got != layout.names:
         odd = [name for name in got if name not in layout.names] or list(got[:1]) or ["none"]
         raise InputError(
-            f"{table.source}: has {len(got)} switches (among them {odd[0]}), not the {len(layout.names)} of the "
+            f"{table.source}: has {counted(len(got), 'switch')} (among them {odd[0]}), "
+            f"not the {len(layout.names)} of the "
             f"layout {layout.name}, in its order; choose the layout that the table was collected with"
         )
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold._name import plain_name
 from varishold.errors import InputError
 from varishold.recording import Recording
@@ -79,8 +80,9 @@ def _check_a_press_each(recording: Recording, name: str, parameter: str) -> None
     n_presses = int(press.max(initial=-1)) + 1
     if len(given) == recording.n_frames > n_presses:
         raise InputError(
-            f"{recording.source}: press.{name} has an entry for each of {len(given)} frames; give one for each of the "
-            f"{n_presses} presses",
+            f"{recording.source}: press.{name} has an entry for each of {counted(len(given), 'frame')}; "
+            "give one for each of the "
+            f"{counted(n_presses, 'press')}",
             parameter=parameter,
         )
 

@@ -11,6 +11,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from varishold._counted import counted
 from varishold.errors import InputError
 from varishold.grasp.estimator import BaseEstimator, ClassifierMixin, check_is_fitted, validate_data
 from varishold.learning.checks import check_options, check_presses, checked_groups, checked_labels, checked_targets
@@ -268,7 +269,8 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
             )
         if len(training.presses) < 1 / self.error - 1:
             remarks.append(
-                f"{len(training.presses)} presses are too few to refuse anything at an error of {self.error:g}: "
+                f"{counted(len(training.presses), 'press is', 'presses are')} too few "
+                f"to refuse anything at an error of {self.error:g}: "
                 f"give {int(np.ceil(1 / self.error - 1))} or more"
             )
         return tuple(remarks)

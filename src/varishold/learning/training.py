@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import InputError
 from varishold.touch.course.presses import Press, drifted, first_of_same
 from varishold.trust import group_folds, kept_together, same_partition
@@ -130,9 +131,9 @@ def copies_told(n_copies: int, n_otherwise: int = 0) -> tuple[str, ...]:
     """Return remarks on presses that are there more than once, and on those that have another label then."""
     remarks = []
     if n_copies:
-        what = "1 press is a copy" if n_copies == 1 else f"{n_copies} presses are copies"
+        what = counted(n_copies, "press is a copy", "presses are copies")
         remarks.append(f"{what} of others, with identical frames: each is learned once; leave the copies out")
     if n_otherwise:
-        what = "1 press is a copy" if n_otherwise == 1 else f"{n_otherwise} presses are copies"
+        what = counted(n_otherwise, "press is a copy", "presses are copies")
         remarks.append(f"{what} of others that have another label: look which is right")
     return tuple(remarks)

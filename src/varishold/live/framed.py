@@ -6,6 +6,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import replace
 
+from varishold._counted import counted
 from varishold.errors import InputError, LostSourceError
 from varishold.live.address import Address
 from varishold.live.framing import Framing, decoder_of, framing_of
@@ -83,7 +84,7 @@ class FramedBytes:
             waited_s = time.monotonic() - self._since_s
             if self._bytes > self._patience and waited_s > _PATIENCE_S:
                 raise LostSourceError(
-                    f"{self._address}: {self._bytes} bytes came in {waited_s:.0f} s, and no frame in them; "
+                    f"{self._address}: {counted(self._bytes, 'byte')} came in {waited_s:.0f} s, and no frame in them; "
                     "is it another preset, shape or baud?"
                 )
         return [Sample(reading.device_time_s, host_time_s, reading.sequence, reading.pads) for reading in readings]

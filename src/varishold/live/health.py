@@ -6,6 +6,7 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from varishold._counted import counted
 from varishold.live.clock_slope import ClockSlope
 from varishold.live.odd_clock import OddClock
 from varishold.live.sample import Sample
@@ -69,9 +70,12 @@ class StreamReport:
         """What is wrong, in words."""
         lines = []
         if self.lost is not None and self.lost_share is not None and self.lost_share > _LOST_SHARE:
-            lines.append(f"{self.lost} readings were lost on the way, {100 * self.lost_share:.1f} % of all")
+            lines.append(
+                f"{counted(self.lost, 'reading was', 'readings were')} lost on the way, "
+                f"{100 * self.lost_share:.1f} % of all"
+            )
         if self.restarts:
-            lines.append(f"the sensor began to count anew {self.restarts} times")
+            lines.append(f"the sensor began to count anew {counted(self.restarts, 'time')}")
         if self.received >= _FEWEST and self.rate_hz > 0.0 and self.jitter_s * self.rate_hz > _JITTER:
             lines.append(f"readings come in bursts: {1e3 * self.jitter_s:.0f} ms of jitter at {self.rate_hz:.0f} /s")
         if self.odd_clock:

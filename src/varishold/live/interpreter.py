@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from varishold._counted import counted
 from varishold.errors import InputError
 from varishold.files.documents import parse_json
 from varishold.live.address import Address
@@ -164,12 +165,16 @@ class Interpreter:
         if self._type is not None:
             dtype, content = np.dtype(self._type).newbyteorder("<"), content[self.skip :]
             if not content or len(content) % dtype.itemsize:
-                raise InputError(f"{len(content)} bytes are no row of {self._type}", parameter="dtype")
+                raise InputError(
+                    f"{counted(len(content), 'byte is', 'bytes are')} no row of {self._type}", parameter="dtype"
+                )
             return {"data": np.frombuffer(content, dtype)}
         try:
             text = content.decode()
         except UnicodeDecodeError:
-            raise InputError(f"{len(content)} bytes came that are no JSON", parameter="dtype") from None
+            raise InputError(
+                f"{counted(len(content), 'byte came that is', 'bytes came that are')} no JSON", parameter="dtype"
+            ) from None
         document = parse_json(text, where="a message", finite=False)
         return {"data": document} if isinstance(document, list) else document
 

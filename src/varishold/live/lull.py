@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from varishold._counted import counted
 from varishold.live.source import damage_of, damaged_of, overrun_of
 
 __all__ = ["Lull", "overrun_words", "unused_words"]
@@ -117,7 +118,7 @@ def overrun_words(overrun: int) -> str:
     >>> overrun_words(102)
     '102 messages were lost: they came faster than they could be read'
     """
-    which = "1 message was lost: it" if overrun == 1 else f"{overrun} messages were lost: they"
+    which = counted(overrun, "message was lost: it", "messages were lost: they")
     return f"{which} came faster than {which.split()[-1]} could be read" if overrun else ""
 
 
@@ -133,5 +134,5 @@ def unused_words(damaged: int, *, of: int | None = None, damage: str = "") -> st
     """
     if not damaged:
         return ""
-    which = f"{damaged} message{'s' * (damaged > 1)}" if of in (None, damaged) else f"{damaged} of {of} messages"
+    which = counted(damaged, "message") if of in (None, damaged) else f"{damaged} of {of} messages"
     return f"{which} held no frame that could be used{': ' * bool(damage)}{damage}"

@@ -10,6 +10,7 @@ from pathlib import Path
 from threading import Lock, Thread
 from typing import Any
 
+from varishold._counted import counted
 from varishold.errors import InputError, VarisholdError
 from varishold.live.recorder import Recorder
 from varishold.live.stream import Stream
@@ -134,7 +135,7 @@ class PageRecorder:
             return
         missed = f", {recorder.missed} came too fast" if recorder.missed else ""
         lost = f", {tally.lost} never came" if tally.lost else ""
-        self._tell(True, f"{path}: {tally.samples} readings in {tally.seconds:.1f}\u202fs{missed}{lost}")
+        self._tell(True, f"{path}: {counted(tally.samples, 'reading')} in {tally.seconds:.1f}\u202fs{missed}{lost}")
 
 
 def free_path(folder: Path, ending: str) -> Path:

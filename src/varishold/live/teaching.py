@@ -6,6 +6,7 @@ from collections.abc import Callable
 from threading import Lock, Thread
 from typing import TYPE_CHECKING, Any
 
+from varishold._counted import counted
 from varishold._name import plain_name
 from varishold.errors import InputError, MissingExtraError
 from varishold.live.press_keeper import KeptPress
@@ -114,7 +115,7 @@ class Teaching:
             self._say(str(error))
             return
         self._on_learned(model)
-        self._say(f"learned {len(model.classes_)} things from {len(labels)} presses")
+        self._say(f"learned {counted(len(model.classes_), 'thing')} from {counted(len(labels), 'press')}")
 
     def _say(self, words: str) -> None:
         with self._lock:

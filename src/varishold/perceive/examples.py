@@ -10,6 +10,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold._name import plain_name, refuse_name_of_strangers
 from varishold.errors import InputError, require
 from varishold.perceive.evidence import SIZE_PREFIX, Evidence
@@ -64,7 +65,7 @@ def log_sizes(name: str, size_m: float | Sequence[float] | None, n: int) -> Floa
     if not sizes.size:
         raise InputError(f"sizes of {name!r} must be numbers, metres; got {size_m!r}")
     fits = sizes.shape in ((), (n,))
-    require(fits, f"{name!r} has {n} examples, but its sizes have shape {sizes.shape}; give one or {n}")
+    require(fits, f"{name!r} has {counted(n, 'example')}, but its sizes have shape {sizes.shape}; give one or {n}")
     bad = sizes[np.isinf(sizes) | (sizes <= 0)]
     if bad.size:
         raise InputError(f"a size of {name!r} must be positive and finite, got {bad.flat[0]:g} m")

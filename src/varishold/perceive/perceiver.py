@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 
+from varishold._counted import counted
 from varishold.errors import InputError, require
 from varishold.frame.checks import as_names, is_number
 from varishold.perceive.belief import STRANGERS, Belief
@@ -334,7 +335,7 @@ class Perceiver:
         name, p = next(iter(belief.probability.items()))
         often = f"{100 * belief.p_value:.3g} % of its own examples conform no better"
         if n < self.least_touches:
-            return "go on", f"at least {self.least_touches} touches are asked for"
+            return "go on", f"at least {counted(self.least_touches, 'touch is', 'touches are')} asked for"
         if self.refuse and belief.atypical:
             usual = belief.looks_usual
             if n >= (self.most_touches if usual else min(2, self.most_touches)):
@@ -350,7 +351,7 @@ class Perceiver:
         if n >= self.most_touches:
             said, share = belief.said
             perhaps = "" if said == name else f", perhaps a {name} ({belief.believed[name]:.2f})"
-            allowed = "1 touch was" if self.most_touches == 1 else f"{self.most_touches} touches were"
+            allowed = counted(self.most_touches, "touch was", "touches were")
             return "enough", f"{allowed} allowed; {said} with probability {share:.2f}{perhaps}"
         first_two = [f"{each} {share:.2f}" for each, share in belief.probability.items()][:2]
         return "go on", " against ".join(first_two)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import require
 
 __all__ = ["Kinds", "kinds_of", "poses_of", "usual_of"]
@@ -58,7 +59,8 @@ def poses_of(
         words = words and all(isinstance(row, str) and row.strip() for row in rows)
         require(words, f"poses of {name!r} must be words, one an example")
         require(
-            len(rows) == numbers[name], f"{name!r} has {numbers[name]} examples, but {len(rows)} poses; give one each"
+            len(rows) == numbers[name],
+            f"{name!r} has {counted(numbers[name], 'example')}, but {counted(len(rows), 'pose')}; give one each",
         )
     names = tuple(dict.fromkeys(word for rows in poses.values() for word in rows))
     if not names:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import FormatError, InputError
 from varishold.files import atomic_write, text_chunks
 from varishold.recording.grasp_table import GraspTable, cell_text, columns_told, is_number, listed, matching
@@ -281,7 +282,7 @@ def _parse_slowly(layout: _Layout, kinds: tuple[str, ...], start: int, lines: li
         cells = _split(layout.source, number, line, layout.separator)
         if len(cells) != layout.width:
             raise FormatError(
-                f"{layout.source}: line {number} must have {layout.width} cells like line {layout.line}, "
+                f"{layout.source}: line {number} must have {counted(layout.width, 'cell')} like line {layout.line}, "
                 f"got {len(cells)}"
             )
         for column, name, place, kind in zip(columns, layout.names, layout.places, kinds, strict=True):

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.frame.doubts import doubts_of
 from varishold.frame.order_statistics import median_of
 from varishold.recording.pad import UNNAMED_PAD, Pad, far_apart
@@ -195,7 +196,7 @@ def _doubted(recording: Recording) -> list[str]:
 
 
 def _times(n: int) -> str:
-    return "once" if n == 1 else f"{n} times"
+    return "once" if n == 1 else counted(n, "time")
 
 
 def _gaps(n: int) -> str:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold._remade import remade
 from varishold.errors import InputError
 from varishold.frame.checks import as_given
@@ -180,7 +181,7 @@ def press_remarks(press: NDArray[np.int64] | None, columns: Mapping[str, NDArray
     numbered = f"presses are numbered to {last}" if last >= 0 else "no frame is of a press"
     return [
         *(
-            f"press.{name} has {len(column)} entries, and {numbered}: the others are passed over"
+            f"press.{name} has {counted(len(column), 'entry', 'entries')}, and {numbered}: the others are passed over"
             for name, column in columns.items()
             if len(column) > last + 1
         ),

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from varishold._counted import counted
 from varishold._remade import remade
 from varishold.errors import InputError, require_a
 from varishold.frame.checks import as_given
@@ -126,7 +127,7 @@ class Recording:
             found += no_seconds(self.time_s)
             back = np.flatnonzero(self.time_s[1:] < self.time_s[:-1])
             if back.size:
-                more = f" and {back.size - 1} times more" if back.size > 1 else ""
+                more = f" and {counted(back.size - 1, 'time')} more" if back.size > 1 else ""
                 found.append(f"time goes back at frame {int(back[0]) + 1}{more}")
         found += press_remarks(self.press, self.press_columns)
         for name, pad in self.pads.items():
@@ -159,8 +160,8 @@ def _checked_length(pads: dict[str, Pad], signals: dict[str, Signals]) -> int:
         require_a(Signals, beside, f"signals {name!r}", "as Signals(values) makes them")
         if len(beside.values) != n_frames or name in pads:
             raise InputError(
-                f"signals must have a name of their own and a row a frame, got {len(beside.values)} rows of "
-                f"{name!r} beside {n_frames} frames"
+                f"signals must have a name of their own and a row a frame, got {counted(len(beside.values), 'row')} of "
+                f"{name!r} beside {counted(n_frames, 'frame')}"
             )
     return n_frames
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import InputError
 from varishold.frame.checks import as_numbers
 from varishold.recording.kept import checked_unit, frozen
@@ -40,7 +41,7 @@ class Signals:
         values = frozen(as_numbers(self.values, 2, "signals", masked=True).view())
         names = tuple(str(name) for name in self.names)
         if names and len(names) != values.shape[1]:
-            raise InputError(f"signals must have a name each, got {len(names)} names of {values.shape[1]}")
+            raise InputError(f"signals must have a name each, got {counted(len(names), 'name')} of {values.shape[1]}")
         object.__setattr__(self, "values", values)
         object.__setattr__(self, "names", names)
         object.__setattr__(self, "unit", checked_unit(self.unit))

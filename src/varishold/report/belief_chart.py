@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from markupsafe import Markup, escape
 
+from varishold._counted import counted
 from varishold.report.exploration_words import in_words
 from varishold.report.quantities import percent
 
@@ -78,7 +79,7 @@ def belief_chart(
         text = in_words(name) if narrow else f"{in_words(name)} {percent(beliefs[-1][name])}"
         body.append(f'<text class="end k{rank}" x="{width - right + 10}" y="{at[rank] + 4:.1f}">{escape(text)}</text>')
     told = ", ".join(f"{in_words(name)} {percent(beliefs[-1][name])}" for name in shown)
-    label = f"Probability of each object over {len(beliefs)} touches; at the end {told}"
+    label = f"Probability of each object over {counted(len(beliefs), 'touch')}; at the end {told}"
     return Markup(
         f'<svg class="growth belief" viewBox="0 0 {width} {height}" role="img" aria-label="{escape(label)}">'
         f"{''.join(body)}</svg>"

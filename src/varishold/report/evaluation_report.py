@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
+from varishold._counted import counted
 from varishold.evaluation import Evaluation
 from varishold.report.confusion_map import confusion_map, confusions, shown_things
 from varishold.report.evaluation_words import between, figure_lines, flatters, headline, interval, over, points
@@ -128,7 +129,7 @@ def _reliability(evaluation: Evaluation) -> Pane:
             one.low,
             one.high,
             2.5 + 5 * math.sqrt(one.n / most),
-            f"{one.n} answers: stated {percent(one.probability)}, right {percent(one.right)}",
+            f"{counted(one.n, 'answer')}: stated {percent(one.probability)}, right {percent(one.right)}",
         )
         for one in bins
     ]

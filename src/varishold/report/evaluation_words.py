@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from varishold._counted import counted
 from varishold.evaluation import Evaluation, Figure
 from varishold.report.quantities import number, percent
 
@@ -71,7 +72,8 @@ def over(figure: Figure) -> str:
     >>> over(Figure(0.9, 0.8, 0.95, "groups", 100, 5))
     'over 5 groups'
     """
-    return f"over {figure.n_groups} groups" if figure.over == "groups" else f"over {figure.n} presses"
+    n, what = (figure.n_groups, "group") if figure.over == "groups" else (figure.n, "press")
+    return f"over {counted(n, what)}"
 
 
 def interval(figure: Figure, *, signed: bool = False) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
+from varishold._counted import counted
 from varishold.exploration import TOUCHES, Exploration, MadeTouch
 from varishold.perceive import NONE_OF_THESE, BeliefUpdate, NextTouch
 from varishold.report.quantities import percent
@@ -131,11 +132,11 @@ def answer_in_words(sequence: Exploration) -> str:
     if perception is None:
         return f"Nothing was gripped: the hand missed or dropped the object {_times(sequence.drops)} and gave up."
     last, n = perception.trace[-1], len(perception.trace)
-    touches = f"{n} touch{'' if n == 1 else 'es'}"
+    touches = counted(n, "touch")
     if perception.object == NONE_OF_THESE:
         name, _ = next(iter(last.probability.items()))
         return (
-            f"After {touches}: none of the {len(last.probability)} objects it knows. "
+            f"After {touches}: none of the {counted(len(last.probability), 'object')} it knows. "
             f"The nearest would be {with_article(name)}, but only {_share(last.p_value)} of touches of one are as odd."
         )
     size = size_in_words(perception.size_m, perception.size_interval_m)
@@ -178,7 +179,7 @@ def _share(p: float) -> str:
 
 
 def _times(n: int) -> str:
-    return "once" if n == 1 else "twice" if n == 2 else f"{n} times"
+    return "once" if n == 1 else "twice" if n == 2 else counted(n, "time")
 
 
 def spoken(text: str, names: Iterable[str]) -> str:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
+from varishold._counted import counted
 from varishold.exploration import Exploration, Grip, MadeTouch, SurfaceExploration, grip_contacts
 from varishold.hand import HandSetting
 from varishold.hand.scene import Scene
@@ -198,7 +199,7 @@ def _facts(sequence: Exploration, error: float | None) -> list[tuple[str, str]]:
     if sequence.seconds:
         facts.append(("time of the hand", f"{sequence.seconds:.1f}\u202fs"))
     if sequence.drops:
-        facts.append(("missed or dropped", f"{sequence.drops} time{'' if sequence.drops == 1 else 's'}"))
+        facts.append(("missed or dropped", f"{counted(sequence.drops, 'time')}"))
     if error is not None:
         facts.append(("accepted error", percent(error)))
     return facts

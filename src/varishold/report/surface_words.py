@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from varishold._counted import counted
 from varishold.exploration import SurfaceExploration, SurfaceTouch
 
 __all__ = ["surface_in_words", "surface_touch_in_words"]
@@ -18,7 +19,7 @@ def surface_touch_in_words(touch: SurfaceTouch, points: int, sigma_m: float) -> 
         "fingertip": f"came down with a fingertip {side}",
     }[touch.kind]
     known = "no surface yet" if math.isnan(sigma_m) else f"known to {1e3 * sigma_m:.1f} mm on the mean"
-    return f"{done}: {points} point{'' if points == 1 else 's'}; {known}"
+    return f"{done}: {counted(points, 'point')}; {known}"
 
 
 def surface_in_words(felt: SurfaceExploration) -> str:
@@ -26,7 +27,8 @@ def surface_in_words(felt: SurfaceExploration) -> str:
     place, sigma_m = felt.surface.least_known(felt.mesh)
     x, y, z = (1e3 * place).tolist()
     text = (
-        f"The surface after {len(felt.touches)} touches: {1e6 * felt.mesh.volume_m3:.0f} cm³ within, known to "
+        f"The surface after {counted(len(felt.touches), 'touch')}: {1e6 * felt.mesh.volume_m3:.0f} cm³ within, "
+        f"known to "
         f"{1e3 * felt.history_m[-1]:.1f} mm on the mean, worst to {1e3 * sigma_m:.1f} mm "
         f"at ({x:.0f}, {y:.0f}, {z:.0f}) mm"
     )

@@ -9,6 +9,7 @@ from pathlib import PurePath
 
 import numpy as np
 
+from varishold._counted import counted
 from varishold.recording import Recording
 from varishold.report.contact_card import draw_contact_card
 from varishold.report.page import render_page, write_page
@@ -243,15 +244,14 @@ def _notes(answers: Sequence[Answer], recording: Recording, skin: str | None, n_
         if pad.valid is not None and not pad.valid.all():
             n = int((~pad.valid).sum())
             of = "" if len(recording.pads) == 1 else f" of pad {name}"
-            one = n == 1
             notes.append(
-                f"{n} taxel{'' if one else 's'}{of} {'is' if one else 'are'} marked broken "
+                f"{counted(n, 'taxel')}{of} {'is' if n == 1 else 'are'} marked broken "
                 f"({_places(~pad.valid)}); filled from the neighbours and crossed out in the frames."
             )
     remarks = recording.remarks
     notes += sentences(remarks[:_MOST_REMARKS])
     if len(remarks) > _MOST_REMARKS:
-        notes.append(f"The recording has {len(remarks) - _MOST_REMARKS} remarks more.")
+        notes.append(f"The recording has {counted(len(remarks) - _MOST_REMARKS, 'remark')} more.")
     return notes
 
 

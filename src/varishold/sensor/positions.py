@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import InputError
 from varishold.frame.taxels_apart import groups_of, spacing_of, standing_near
 
@@ -161,7 +162,8 @@ class Resampling:
         rows, cols = self.shape
         dy, dx = (1e3 * p for p in self.pitch_m)
         spacing = f"{dy:.3g}" if math.isclose(dx, dy) else f"{dy:.3g} x {dx:.3g}"
-        return f"{self.shares.n_taxels} taxels on no grid are resampled to {rows} x {cols} at {spacing} mm"
+        there = counted(self.shares.n_taxels, "taxel on no grid is", "taxels on no grid are")
+        return f"{there} resampled to {rows} x {cols} at {spacing} mm"
 
 
 def resampling_of(positions_m: Floats, pitch_m: tuple[float, float] | None = None) -> Resampling:

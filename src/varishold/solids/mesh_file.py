@@ -14,6 +14,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold._lazy import to_install
 from varishold.errors import FormatError, InputError, MissingExtraError
 from varishold.files import read_bytes
@@ -190,7 +191,7 @@ def _check_stl(content: bytes, path: str | os.PathLike[str]) -> None:
     """Refuse a binary file that is shorter or longer than it says; a text begins with its word."""
     announced, there = _triangles_of_stl(content)
     if there != announced and content.lstrip()[:5].lower() != b"solid":
-        found = f"{announced} triangles announced, {max(0, int(there))} there"
+        found = f"{counted(announced, 'triangle')} announced, {max(0, int(there))} there"
         raise FormatError(f"{path}: is no STL, or it is damaged or cut off: {found}")
 
 
@@ -229,7 +230,7 @@ def _closed(trimesh: Any, vertices: Floats, faces: NDArray[np.int64], path: str 
                 f"{path}: does not close: {len(open_edges)} of its edges have not two triangles, as at ({at}); "
                 "mend it where it was made"
             )
-        remarks = (f"holes of the mesh were closed with {len(mesh.faces) - before} triangles",)
+        remarks = (f"holes of the mesh were closed with {counted(len(mesh.faces) - before, 'triangle')}",)
     mesh.fix_normals()
     closed = TriangleMesh(np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64), remarks)
     if closed.volume < 0:

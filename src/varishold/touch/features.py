@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted, validate_data
 
+from varishold._counted import counted
 from varishold.errors import InputError
 from varishold.frame import frame_noise
 from varishold.frame.checks import as_floor, as_mask, squarest_grid
@@ -274,7 +275,7 @@ class SurfaceFeatures(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         if frame_shape is not None and frame_shape != shape:
             raise InputError(f"frames must have shape {shape}, as `shape` says, got {frame_shape}")
         if math.prod(shape) != n_values:
-            raise InputError(f"shape {shape} needs {math.prod(shape)} values a sample, got {n_values}")
+            raise InputError(f"shape {shape} needs {counted(math.prod(shape), 'value')} a sample, got {n_values}")
         return shape
 
     def _noise_floor(self, frames: NDArray[np.float64]) -> float:

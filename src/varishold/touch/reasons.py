@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.kernel import address, bind, work_space
 from varishold.levelset.second_moments import principal_moments
 from varishold.touch.caution import FEWEST_LINES, few_off_grid, lost_in_a_hole, shows_an_outline
@@ -164,7 +165,7 @@ def _cautions(surface: Surface) -> list[str]:
     if lost_in_a_hole(bridged(contact) if contact.frame.has_gaps else contact):
         said.append("no taxel works where its form would show, and what fills the hole tells none: any of its outline")
     if min(surface.contact.shape) < FEWEST_LINES:
-        said.append(f"a pad of {min(surface.contact.shape)} taxels across shows no form surely")
+        said.append(f"a pad of {counted(min(surface.contact.shape), 'taxel')} across shows no form surely")
     taxels = surface.area / surface.contact.taxel_area
     across = surface.breadths(surface.lowest)[1] / math.sqrt(surface.contact.taxel_area)
     if across < _FEW_ACROSS and (surface.name == "unknown" or surface.probability < _LIKELY):
@@ -178,7 +179,7 @@ def _cautions(surface: Surface) -> list[str]:
     if surface.name != "unknown" and _may_be_strange(contact.packed, surface.probability):
         strange = sum(surface.kind_probability[_NAMED["unknown"]].tolist())
         if strange >= _TOLD:
-            said.append(f"{contact.n_taxels} taxels cannot exclude a form that has no name ({strange:.2f})")
+            said.append(f"{counted(contact.n_taxels, 'taxel')} cannot exclude a form that has no name ({strange:.2f})")
     profile = surface.profile
     if surface.form != "unknown" and any(profile.holes.tolist()):
         upper = profile.threshold > np.median(profile.threshold)

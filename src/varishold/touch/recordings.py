@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from varishold._counted import counted
 from varishold.errors import InputError
 from varishold.files import let_go
 from varishold.frame.gains import gains_words
@@ -288,9 +289,9 @@ def _frame_notes(contact: Contact, name: str, knows: Knowledge) -> tuple[str, ..
         )
     state = contact.state
     if state.repaired:
-        notes.append(f"{state.repaired} broken taxel{'s' * (state.repaired > 1)} filled from the neighbours")
+        notes.append(f"{counted(state.repaired, 'broken taxel')} filled from the neighbours")
     if state.saturated:
-        notes.append(f"{state.saturated} taxel{'s' * (state.saturated > 1)} saturated: at least what is shown")
+        notes.append(f"{counted(state.saturated, 'taxel')} saturated: at least what is shown")
     if ends_flat(contact):
         notes.append("more than a third of it is saturated: a flat top may be the sensor's")
     return tuple(notes)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from varishold._counted import counted
 from varishold.circuit.evaluation import bits_of
 from varishold.circuit.netlist import Netlist
 from varishold.circuit.packed.grasps import WORD_BITS, PackedGrasps, aligned_words, pack
@@ -140,5 +141,5 @@ class PackedEvaluator:
     def _check(self, packed: PackedGrasps) -> None:
         if len(packed.words) != self.netlist.bit_count:
             raise InputError(
-                f"grasps must have {self.netlist.bit_count} bits for this netlist, got {len(packed.words)}"
+                f"grasps must have {counted(self.netlist.bit_count, 'bit')} for this netlist, got {len(packed.words)}"
             )

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import InputError, Interrupted, require_a
 from varishold.evaluation.figures import Figure, share_figure
 from varishold.evaluation.scores import SURE, calibration_error
@@ -257,7 +258,7 @@ class _Asked:
         if self.batch:
             given = self._called(read.copy(), where)
             if not isinstance(given, Sequence) or isinstance(given, str) or len(given) != len(read):
-                raise InputError(f"{self.name}: must answer a list of {len(read)} answers to {where}")
+                raise InputError(f"{self.name}: must answer a list of {counted(len(read), 'answer')} to {where}")
         told = []
         for k, frame in enumerate(read):
             place = f"frame {k} of {where}"

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from varishold._counted import counted
 from varishold.errors import InputError
 from varishold.files import read_toml
 from varishold.hand.layouts import Layout, Switch
@@ -196,7 +197,7 @@ def _digit(table: Table, measured: Measured, joints: tuple[str, ...]) -> MjcfDig
     if actuators:
         if opened is None or closed is None:
             raise InputError(
-                f"{table.where}: open and closed are needed with actuators: what each is told, {n} numbers"
+                f"{table.where}: open and closed are needed with actuators: what each is told, {counted(n, 'number')}"
             )
         for key in ("straight", "torque"):
             if key in table.content:

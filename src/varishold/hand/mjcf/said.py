@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from varishold._counted import counted
 from varishold.errors import InputError
 
 __all__ = ["Table", "tables"]
@@ -73,7 +74,7 @@ class Table:
         if value is None:
             return None
         if not isinstance(value, list) or len(value) != n:
-            raise self.wrong(key, f"must be a list of {n} number{'' if n == 1 else 's'}, got {repr(value)[:60]}")
+            raise self.wrong(key, f"must be a list of {counted(n, 'number')}, got {repr(value)[:60]}")
         return tuple(self._number(key, each, low, high) for each in value)
 
     def _number(self, key: str, value: object, low: float, high: float) -> float:

@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import InputError
 from varishold.live.framing.checksums import Checksum
 from varishold.live.sample import UNNAMED_PAD, PadLayout
@@ -245,7 +246,9 @@ class Framing:
     def _check_places(self) -> None:
         for what, number in (("time", self.time), ("sequence", self.sequence)):
             if number is not None and number.at + number.dtype.itemsize > self.packets[0].size:
-                raise InputError(f"{what} stands beyond the first packet, which has {self.packets[0].size} bytes")
+                raise InputError(
+                    f"{what} stands beyond the first packet, which has {counted(self.packets[0].size, 'byte')}"
+                )
         if self.whose is not None and self.whose.at >= min(packet.size for packet in self.packets):
             raise InputError(f"whose stands at byte {self.whose.at}, beyond a packet's end")
 

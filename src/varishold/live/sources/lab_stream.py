@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from varishold._counted import counted
 from varishold._lazy import missing_extra
 from varishold.errors import InputError, LostSourceError
 from varishold.live.address import Address
@@ -125,12 +126,13 @@ class LabStream:
     def _layout_of(self, info: StreamInfo) -> PadLayout:
         count = info.channel_count()
         if not 0 < count <= _MOST_VALUES:
-            raise InputError(f"{self._address}: has {count} channels")
+            raise InputError(f"{self._address}: has {counted(count, 'channel')}")
         rows, cols = _number(info, "rows"), _number(info, "cols")
         shape = self._shape or (None if rows is None or cols is None else (int(rows), int(cols)))
         if shape is not None and math.prod(shape) != count:
             raise InputError(
-                f"{self._address}: has {count} channels, which are no {shape[0]} x {shape[1]}; "
+                f"{self._address}: has {counted(count, 'channel, which is', 'channels, which are')} "
+                f"no {shape[0]} x {shape[1]}; "
                 "add ?shape=ROWSxCOLS to the address",
                 parameter="shape",
             )
@@ -185,7 +187,7 @@ def _found() -> list[tuple[str, str]]:
     return sorted(
         (
             f"lsl:{info.name()}",
-            f"{info.type() or 'a stream'}, {info.channel_count()} channels, {info.nominal_srate():g} Hz",
+            f"{info.type() or 'a stream'}, {counted(info.channel_count(), 'channel')}, {info.nominal_srate():g} Hz",
         )
         for info in streams
     )

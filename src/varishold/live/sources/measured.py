@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import EndOfSourceError, LostSourceError
 from varishold.live.pace import Pace
 from varishold.live.sample import PadLayout, Sample
@@ -67,7 +68,7 @@ class Measured:
         self._fill()
         if not self._ahead:
             early = f"; {self._moments.early}" if self._moments.early else ""
-            raise EndOfSourceError(f"{self._address}: {self._number} readings, all of the file{early}")
+            raise EndOfSourceError(f"{self._address}: {counted(self._number, 'reading')}, all of the file{early}")
         first = self._number
         last = self._pace.due(lambda number: self._ahead[number - first][0], first, first + len(self._ahead), timeout_s)
         self._number = last

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import EndOfSourceError, InputError, LostSourceError
 from varishold.live.address import Address
 from varishold.live.pace import Pace
@@ -79,7 +80,7 @@ class Replayed:
             raise LostSourceError(f"{self._address}: is not open")
         count = self._count
         if self._next >= count and not self._loop:
-            raise EndOfSourceError(f"{self._address}: {count} frames, all of the file")
+            raise EndOfSourceError(f"{self._address}: {counted(count, 'frame')}, all of the file")
         due = self._pace.due(self._due, self._next, self._next + count if self._loop else count, timeout_s)
         samples = [self._sample(self._recording, number) for number in range(self._next, due)]
         self._next = due

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from varishold._counted import counted
 from varishold.errors import EndOfSourceError, InputError, LostSourceError
 from varishold.live.address import Address
 from varishold.live.pace import Pace
@@ -103,7 +104,7 @@ class Simulated:
             raise LostSourceError(f"{self._address}: is not open")
         last = int(min(self._timing.duration_s * self._timing.rate_hz, 1e18))
         if self._sequence >= last:
-            raise EndOfSourceError(f"{self._address}: {self._sequence} frames, as long as was asked for")
+            raise EndOfSourceError(f"{self._address}: {counted(self._sequence, 'frame')}, as long as was asked for")
         due = self._pace.due(self._due_s, self._sequence, last, timeout_s)
         return [self._next() for _ in range(due - self._sequence)]
 

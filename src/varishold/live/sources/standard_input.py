@@ -7,6 +7,7 @@ import select
 import sys
 from collections.abc import Mapping
 
+from varishold._counted import counted
 from varishold.errors import EndOfSourceError, InputError
 from varishold.live.address import Address
 from varishold.live.piped import PIPE_OPTIONS, Unpacking, unpacking_at
@@ -63,7 +64,9 @@ class StandardInput:
 
     def read(self, timeout_s: float) -> list[Sample]:
         if self._is_over and not self._n_samples:
-            came = f"{self._n_bytes} bytes came and no frame was in them" if self._n_bytes else "nothing came"
+            came = (
+                f"{counted(self._n_bytes, 'byte')} came and no frame was in them" if self._n_bytes else "nothing came"
+            )
             raise InputError(
                 f"{self._address}: {came}; write JSON, or rows of text and a blank line, or say "
                 "what comes: ?preset=NAME (a line a frame: ?preset=arduino-line&shape=ROWSxCOLS)"

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from pathlib import Path
 
+from varishold._counted import counted
 from varishold.errors import FormatError
 from varishold.recording.formats.csv_titles import names_time
 from varishold.recording.formats.format import Options
@@ -67,7 +68,9 @@ def guessed(path: Path, columns: Mapping[str, Column], options: Options) -> tupl
     if others:
         told = ", ".join(f"{name} {column.shape}" for name, column in list(others.items())[:_TOLD])
         more = ", ..." if len(others) > _TOLD else ""
-        notes.append(f"left out, for they have not {n_frames} frames: {told}{more}; make a recording of each")
+        notes.append(
+            f"left out, for they have not {counted(n_frames, 'frame')}: {told}{more}; make a recording of each"
+        )
     vectors = {name: c for name, c in columns.items() if name.rpartition("/")[2].lower() in TIMES and len(c.shape) == 1}
     times = {name.rpartition("/")[2].lower(): name for name, c in vectors.items() if c.shape == (n_frames,)}
     clock = next((times[each] for each in TIMES if each in times), None)
@@ -96,7 +99,8 @@ def _refuse_last_axis(
     if last is not None and options.shape is None:
         n, rows, cols = column.shape
         raise FormatError(
-            f"{path}: {last} has {cols} times, as many as the last axis of {name} {column.shape}: say the shape of a "
+            f"{path}: {last} has {counted(cols, 'time')}, as many as the last axis of {name} {column.shape}: "
+            "say the shape of a "
             f"frame, {n}x{rows} if time is the last axis, {rows}x{cols} if it is the first",
             parameter="shape",
         )

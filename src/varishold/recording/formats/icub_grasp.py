@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from varishold._counted import counted
 from varishold.errors import FormatError, InputError
 from varishold.files import head_lines, open_file, text_chunks
 from varishold.recording.formats.format import Format, Options, shape_error
@@ -82,7 +83,9 @@ def _add(path: Path, rows: tuple[Rows, ...], lines: list[tuple[int, str]]) -> No
         some = [line for k, line in enumerate(lines) if k % _STEP in places]
         for number, line in some[:1]:
             if not kind.n and (got := len(line.split())) != width:
-                raise FormatError(f"{path}: line {number} must have {width} numbers, got {got}; seven lines are a step")
+                raise FormatError(
+                    f"{path}: line {number} must have {counted(width, 'number')}, got {got}; seven lines are a step"
+                )
         kind.add([line for _, line in some], [number for number, _ in some])
 
 

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import FormatError
 from varishold.files import damage_told, read_json
 from varishold.recording.formats.format import Format, Options, read_by
@@ -170,7 +171,7 @@ def _of_others(path: Path, options: Options, info: _Info, columns: dict[str, Fil
         notes.append(f"{times} readings stand in a row; the last is taken to be of the row's time")
     n_rows = next(iter(columns.values())).shape[0]
     if info.n_frames not in (None, n_rows):
-        notes.append(f"{n_rows} frames are there, info.json promises {info.n_frames}")
+        notes.append(f"{counted(n_rows, 'frame is', 'frames are')} there, info.json promises {info.n_frames}")
     stored = stored_in(HeldArrays(held, names), path, options, notes=tuple(notes), close=close)
     return _with_episodes(stored, episodes, info.robot)
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import FormatError
 from varishold.files import damage_told, possible_text
 from varishold.recording.formats.parquet_column import opened_parquet
@@ -131,7 +132,7 @@ def episodes_of(path: Path, columns: Mapping[str, FilesColumn], fps: float, time
     for k, (before, run) in enumerate(pairwise(runs), 1):
         offsets[k] = offsets[k - 1] + before.last_s + 1 / fps - run.first_s
     presses = _Presses(np.array([run.start for run in runs]) * times, n_rows * times)
-    notes = [f"each of {len(runs)} episodes is a press, labelled by its task"]
+    notes = [f"each of {counted(len(runs), 'episode')} is a press, labelled by its task"]
     if offsets.any():
         notes.append("the clock begins anew with each episode; time goes on from where the one before ended")
     numbers, many = np.unique([run.number for run in runs], return_counts=True)

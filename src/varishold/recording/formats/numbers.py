@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import FormatError
 from varishold.files import LARGEST_BYTES
 
@@ -174,7 +175,8 @@ class Rows:
             cells = self._separator.cells(line)
             if len(cells) != self.width:
                 raise FormatError(
-                    f"{self._path}: line {number} must have {self.width} numbers like line {self._first_line}, "
+                    f"{self._path}: line {number} must have {counted(self.width, 'number')} "
+                    f"like line {self._first_line}, "
                     f"got {len(cells)}"
                 )
             rows.append([self._number(cell, number, column) for column, cell in enumerate(cells, 1)])

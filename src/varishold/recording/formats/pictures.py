@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import FormatError
 from varishold.recording.formats.format import Format, Options, read_by, shape_error
 from varishold.recording.formats.picture_file import opened_picture, picture
@@ -151,7 +152,7 @@ def _check_alike(path: Path, named: Mapping[str, list[Path]]) -> None:
         if len(files) != len(others) or _numbers(files) != _numbers(others):
             odd = set(_numbers(files)) ^ set(_numbers(others))
             which = f"; picture {min(odd)} has no other" if odd else ""
-            raise FormatError(f"{path}: {first} has {len(files)} pictures, {pad} {len(others)}{which}")
+            raise FormatError(f"{path}: {first} has {counted(len(files), 'picture')}, {pad} {len(others)}{which}")
 
 
 def _called(files: list[Path]) -> list[str]:
@@ -170,7 +171,7 @@ def _jumps(files: list[Path]) -> list[str]:
     odd = np.flatnonzero(steps != np.median(steps)) if steps.size else steps
     if not odd.size:
         return []
-    more = f" and {odd.size - 1} times more" if odd.size > 1 else ""
+    more = f" and {counted(odd.size - 1, 'time')} more" if odd.size > 1 else ""
     return [f"the pictures' numbers jump from {numbers[odd[0]]} to {numbers[odd[0] + 1]}{more}"]
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import FormatError, InputError
 from varishold.files import encoding_notes, head_lines, open_file, text_chunks
 from varishold.recording.formats.csv_dates import date_at
@@ -122,7 +123,7 @@ def _without_gaps(path: Path, frames: NDArray[Any]) -> tuple[NDArray[Any], NDArr
             "fill it in, or leave its line out"
         )
     n, works = int(np.count_nonzero(dead)), np.asarray(~dead, np.bool_)
-    which = "1 taxel is never a number" if n == 1 else f"{n} taxels are never a number"
+    which = counted(n, "taxel is never a number", "taxels are never a number")
     return np.where(none, 0.0, frames), works, (f"{which}: taken as broken",)
 
 
@@ -166,7 +167,8 @@ def _table(path: Path, unknown: tuple[str, ...] = (), *, gaps: bool = False, dat
         there -= there == titles and not rows.ends_empty and lines[0].strip().endswith(separator.mark or "\n")
         if there < rows.width:
             notes = (
-                f"line {numbers[0]} is cut off in the middle, and left out: it has {there} of {rows.width} numbers",
+                f"line {numbers[0]} is cut off in the middle, and left out: "
+                f"it has {there} of {counted(rows.width, 'number')}",
             )
     if not notes:
         rows.add(lines, numbers)
@@ -264,7 +266,8 @@ def _from_rows(path: Path, table: _Table, options: Options) -> tuple[NDArray[Any
         if starts[frame + 1] - row != height:
             what = "the given shape has" if options.shape else "frame 0 has"
             raise FormatError(
-                f"{path}: frame {frame} (line {line}) has {starts[frame + 1] - row} rows where {what} {height}"
+                f"{path}: frame {frame} (line {line}) has "
+                f"{counted(starts[frame + 1] - row, 'row')} where {what} {height}"
             )
     width = table.rows.shape[1]
     ahead = _leading_columns(path, table, width, options.shape[1] if options.shape else None)
@@ -279,14 +282,17 @@ def _from_lines(path: Path, table: _Table, options: Options) -> tuple[NDArray[An
     n, width = table.rows.shape
     if options.shape is None:
         raise FormatError(
-            f"{path}: {n} lines of {width} numbers and no blank line between frames: "
+            f"{path}: {counted(n, 'line')} of {counted(width, 'number')} and no blank line between frames: "
             "say the shape of a frame, (rows, columns)",
             parameter="shape",
         )
     rows, cols = options.shape
     if rows > 1 and width in (cols, cols + 1) and width != rows * cols:
         if n % rows:
-            raise FormatError(f"{path}: {n} lines of one row each are no whole number of frames of {rows} rows")
+            raise FormatError(
+                f"{path}: {counted(n, 'line of one row is', 'lines of one row each are')} "
+                f"no whole number of frames of {rows} rows"
+            )
         height = rows
         ahead = _leading_columns(path, table, width, cols)
     else:
@@ -312,8 +318,8 @@ def _leading_columns(path: Path, table: _Table, width: int, wanted: int | None) 
         return ahead
     if ahead not in (0, 1) or width == ahead:
         raise FormatError(
-            f"{path}: a line must hold {wanted} numbers, or one more with the time ahead, for this shape; got {width}"
-            + _remedy(table, width, wanted)
+            f"{path}: a line must hold {counted(wanted, 'number')}, or one more with the time ahead, for this shape; "
+            f"got {width}" + _remedy(table, width, wanted)
             if wanted is not None
             else f"{path}: holds no taxels beside the column {table.title!r}"
         )
@@ -323,7 +329,7 @@ def _leading_columns(path: Path, table: _Table, width: int, wanted: int | None) 
 def _remedy(table: _Table, width: int, wanted: int) -> str:
     """Return what may be wrong with lines of so many numbers."""
     if width in (3 * wanted, 3 * wanted + 1):
-        return f"; three for each of {wanted} taxels, as x, y, z? keep the one that is normal to the pad"
+        return f"; three for each of {counted(wanted, 'taxel')}, as x, y, z? keep the one that is normal to the pad"
     if table.dates == 0 and width == wanted + 2:
         return "; if the first of them are fractions of the dates, write these with points, or in quotes"
     return ""
@@ -350,7 +356,7 @@ def _check_runs(path: Path, table: _Table, time: NDArray[np.float64]) -> None:
     stands = len(time) > _FEW and np.ptp(time) == 0
     if back > (0 if table.title else _BACK * len(time)) or stands:
         called = f" {table.title[:40]!r}" if table.title else ""
-        how = "never changes" if stands else f"goes back {back} times"
+        how = "never changes" if stands else f"goes back {counted(back, 'time')}"
         raise FormatError(
             f"{path}: holds one column more than taxels, and the first one{called} {how}, so that it is no time; leave "
             "out the column that is no taxel"

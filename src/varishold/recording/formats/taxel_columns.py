@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from varishold._counted import counted
 from varishold.errors import FormatError
 from varishold.recording.formats.format import Options, shape_error
 
@@ -135,4 +136,7 @@ def pads_of(path: Path, names: Sequence[str], options: Options) -> list[tuple[Ta
             parameter="shape",
         )
     rows, cols = options.shape
-    raise FormatError(f"{path}: line 1: no {rows * cols} columns are a pad of {rows} x {cols}; there are {held}")
+    raise FormatError(
+        f"{path}: line 1: no {counted(rows * cols, 'column is', 'columns are')} "
+        f"a pad of {rows} x {cols}; there are {held}"
+    )

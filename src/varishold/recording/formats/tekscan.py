@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import FormatError, InputError
 from varishold.files import encoding_notes, head_lines, text_chunks
 from varishold.recording.formats.format import Format, Options, shape_error
@@ -76,9 +77,11 @@ def _recording(
     ends = [row for row, _, _ in frame_starts[1:]] + [rows.n]
     for (row, line, number), end in zip(frame_starts, ends, strict=True):
         if end - row != height:
-            raise FormatError(f"{path}: frame {number} (line {line}) has {end - row} rows, ROWS says {height}")
+            raise FormatError(
+                f"{path}: frame {number} (line {line}) has {counted(end - row, 'row')}, ROWS says {height}"
+            )
     if rows.width != width:
-        raise FormatError(f"{path}: rows hold {rows.width} cells, COLS says {width}")
+        raise FormatError(f"{path}: rows hold {counted(rows.width, 'cell')}, COLS says {width}")
     frames = rows.values().reshape(len(frame_starts), height, width)
     field = _field(path, frames, frame_starts)
     frames = as_counts(np.where(field, frames, 0))
@@ -88,7 +91,10 @@ def _recording(
     if announced[0] is not None and announced[1] is not None:
         promised = announced[1] - announced[0] + 1
         if promised != len(frame_starts):
-            notes.append(f"{len(frame_starts)} frames are there, START_FRAME and END_FRAME promise {promised:g}")
+            notes.append(
+                f"{counted(len(frame_starts), 'frame is', 'frames are')} there, "
+                f"START_FRAME and END_FRAME promise {promised:g}"
+            )
     pitch = options.pitch_m
     if pitch is None and "ROW_SPACING" in header and "COL_SPACING" in header:
         pitch = (_spacing(path, header, "ROW_SPACING"), _spacing(path, header, "COL_SPACING"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from varishold._counted import counted
 from varishold.errors import FormatError
 
 __all__ = ["last_axis_words", "time_axis_notes"]
@@ -36,13 +37,15 @@ def time_axis_notes(
     n, rows, cols = shape
     if not ordered and n >= _FEWEST_SIDE and n == rows and cols >= _TWICE * rows:
         raise FormatError(
-            f"{path}: {which}may be {n} frames of {rows} x {cols} taxels, or {cols} frames of {n} x {rows} whose last "
+            f"{path}: {which}may be {counted(n, 'frame')} of {rows} x {cols} taxels, "
+            f"or {counted(cols, 'frame')} of {n} x {rows} whose last "
             f"axis is time; say which by the shape of a frame, {rows}x{cols} or {n}x{rows}",
             parameter="shape",
         )
     if (n == rows != cols) or (min(n, rows) >= _FEWEST_SIDE and cols > max(n, _LONG * rows)):
         return (
-            f"{which}read as {n} frames of {rows} x {cols} taxels; if these are {cols} frames of {n} x {rows}, whose "
+            f"{which}read as {counted(n, 'frame')} of {rows} x {cols} taxels; "
+            f"if these are {counted(cols, 'frame')} of {n} x {rows}, whose "
             "last axis is time, give that shape",
         )
     return ()
@@ -50,4 +53,4 @@ def time_axis_notes(
 
 def last_axis_words(shape: tuple[int, ...], which: str = "") -> str:
     """Say that an array of this shape was read with time as its last axis."""
-    return f"{which}read as {shape[2]} frames of {shape[0]} x {shape[1]}: time is the last axis"
+    return f"{which}read as {counted(shape[2], 'frame')} of {shape[0]} x {shape[1]}: time is the last axis"

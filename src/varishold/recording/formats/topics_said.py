@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import FormatError
 from varishold.recording.mcap.topics import MARKS, PadFacts
 from varishold.recording.press_table import Mark
@@ -40,7 +41,10 @@ def left_out(facts: PadFacts, finite: NDArray[np.bool_]) -> tuple[NDArray[np.boo
     wrong = known & ~finite
     if not wrong.any():
         return facts.valid, ()
-    return known & finite, (f"pad {facts.name}: {int(wrong.sum())} taxels are left out, whose readings are no numbers",)
+    return known & finite, (
+        f"pad {facts.name}: {counted(int(wrong.sum()), 'taxel is', 'taxels are')} left out, "
+        "whose readings are no numbers",
+    )
 
 
 def exact_times(held: Gathered, n_readings: int) -> NDArray[np.float64] | None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from varishold._counted import counted
 from varishold.errors import FormatError, InputError
 from varishold.files import encoding_notes, head_lines, text_chunks
 from varishold.recording.formats.format import Format, Options, shape_error
@@ -60,11 +61,11 @@ def _read(path: Path, options: Options) -> Recording:
     if error := shape_error(path, (height, width), options):
         raise error
     if rows.width != width:
-        raise FormatError(f"{path}: line {starts[0][1]} holds {rows.width} numbers, Columns says {width}")
+        raise FormatError(f"{path}: line {starts[0][1]} holds {counted(rows.width, 'number')}, Columns says {width}")
     ends = [row for row, _ in starts[1:]] + [rows.n]
     for frame, ((row, at), end) in enumerate(zip(starts, ends, strict=True)):
         if end - row != height:
-            raise FormatError(f"{path}: frame {frame} (line {at}) has {end - row} rows, Rows says {height}")
+            raise FormatError(f"{path}: frame {frame} (line {at}) has {counted(end - row, 'row')}, Rows says {height}")
     times = [_seconds(clock) for clock in clocks]
     known = [time for time in times if time is not None]
     try:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from varishold._counted import counted
 from varishold.recording.formats.format import Format, Options, read_by
 from varishold.recording.formats.grouped_arrays import arrays_in_groups
 from varishold.recording.formats.named_arrays import stored_in
@@ -82,7 +83,9 @@ def _in_episodes(stored: Stored, groups: ZarrGroups) -> Stored:
     if not last.size or (np.diff(last, prepend=0) <= 0).any() or last[-1] != stored.n_frames:
         return dataclasses.replace(stored, notes=(*stored.notes, f"{_ENDS} does not end with the frames: passed over"))
     press = np.repeat(np.arange(last.size), np.diff(last, prepend=0))
-    return dataclasses.replace(stored, press=press, notes=(*stored.notes, f"each of {last.size} episodes is a press"))
+    return dataclasses.replace(
+        stored, press=press, notes=(*stored.notes, f"each of {counted(last.size, 'episode')} is a press")
+    )
 
 
 FORMAT = Format("Zarr (ZIP)", (), _recognizes, read_by(_open), open=_open)

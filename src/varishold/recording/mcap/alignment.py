@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import InputError
 
 __all__ = ["Alignment", "aligned"]
@@ -110,11 +111,12 @@ def _check_begun(times: Mapping[str, NDArray[np.int64]], leading: str, begun: in
 
 def _remarks(times: Mapping[str, NDArray[np.int64]], leading: str, begun: int) -> tuple[str, ...]:
     remarks = [
-        f"pad {name} was read {len(each)} times, pad {leading} {len(times[leading])} times: each frame shows its "
+        f"pad {name} was read {counted(len(each), 'time')}, pad {leading} {counted(len(times[leading]), 'time')}: "
+        "each frame shows its "
         "newest reading"
         for name, each in times.items()
         if name != leading and len(each) != len(times[leading])
     ]
     if begun:
-        remarks.append(f"{begun} frames are left out, which came before every pad was read")
+        remarks.append(f"{counted(begun, 'frame is', 'frames are')} left out, which came before every pad was read")
     return tuple(remarks)

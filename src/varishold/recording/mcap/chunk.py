@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold._lazy import missing_extra
 
 try:
@@ -82,7 +83,7 @@ def read_chunk(record: bytes) -> bytes:
 def check_growth(packed: int, size: int) -> None:
     """Raise ValueError where a chunk would unpack to far more than anything measured."""
     if size > max(_LARGE, _BOMB_RATIO * packed):
-        raise ValueError(f"{packed} bytes would unpack to {size}; nothing measured is so empty")
+        raise ValueError(f"{counted(packed, 'byte')} would unpack to {size}; nothing measured is so empty")
 
 
 def lz4_unpacked(data: bytes, size: int) -> bytes:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import InputError
 from varishold.recording.messages.fields import Fields, is_empty_list, messages_in, number_at, numbers_in, reading_at
 from varishold.recording.messages.grids import axis_names, grid_pads, native, normal_and_shear, signal_pad
@@ -118,7 +119,7 @@ def cell_pads(fields: Fields, asked: Asked) -> Pads | None:
         return None
     rows, cols = (int(number_at(fields, name) or 0) for name in ("cells_y", "cells_x"))
     if values.size != rows * cols:
-        raise InputError(f"a matrix of {rows} x {cols} cells came with {values.size} values")
+        raise InputError(f"a matrix of {rows} x {cols} cells came with {counted(values.size, 'value')}")
     return grid_pads(values.reshape(rows, cols), asked, unit="raw" if counts is not None else "Pa")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from varishold._counted import counted
 from varishold.errors import InputError
 from varishold.recording import pascals_per_unit
 from varishold.touch.course.presses import Press
@@ -174,7 +175,7 @@ def places_of(presses: Iterable[Press], wanted: Callable[[Press], bool], *, most
 
 
 def _so_many(presses: int) -> str:
-    return "1 press says" if presses == 1 else f"{presses} presses say"
+    return counted(presses, "press says", "presses say")
 
 
 def _times(press: Press, factor: float | None, unit: str) -> Press:

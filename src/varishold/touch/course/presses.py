@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import InputError
 from varishold.frame import fill_invalid
 from varishold.frame.checks import MOST_READ, squarest_grid
@@ -311,7 +312,7 @@ def _pads_shape(shape: tuple[int, ...] | None, n_values: int) -> tuple[int, ...]
     if shape is None:
         return 1, *squarest_grid(n_values)
     if len(shape) not in (2, 3) or math.prod(shape) != n_values:
-        raise InputError(f"shape {tuple(shape)} needs {math.prod(shape)} values a press, got {n_values}")
+        raise InputError(f"shape {tuple(shape)} needs {counted(math.prod(shape), 'value')} a press, got {n_values}")
     return (1, *shape)[-3:]
 
 

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import InputError
 from varishold.levelset.contact import Contact
 from varishold.skin import Relief, Skin
@@ -291,7 +292,7 @@ def _told(surface: FittedSurface) -> list[str]:
     verdict = "" if level <= MISFIT else f", beyond {MISFIT:g}: no known form"
     said = [
         f"fitted through the skin as {key.replace('-', ' ')}: chi^2 {level:.2f} a taxel "
-        f"over {surface.count} taxels{verdict}"
+        f"over {counted(surface.count, 'taxel')}{verdict}"
     ]
     sizes = ", ".join(f"{name} {value:.4g}" for name, value in surface.fitted.items())
     depth = "" if surface.depth_m is None else f", depth_m {surface.depth_m:.4g}"
