@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from varishold.circuit import evaluate
@@ -185,6 +185,67 @@ def test_a_damaged_model_file_is_told_in_one_line(field: str, value: Any, messag
     assert str(path) in str(caught.value)
 
 
+def places_in(document: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    """Return where the numbers, names and truths of a document stand."""
+    if not isinstance(document, dict | list):
+        return [path]
+    items = document.items() if isinstance(document, dict) else enumerate(document)
+    return [place for key, inner in items for place in places_in(inner, (*path, key))]
+
+
+@pytest.fixture(scope="module")
+def analog(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    model = fit_model(number_table(), label="what", encode="quantile", levels=3)
+    return as_json(model, tmp_path_factory.mktemp("analog"))
+
+
+@settings(max_examples=60, deadline=None)
+@given(data=st.data())
+def test_no_number_and_no_name_of_a_file_can_be_another(
+    tmp_path_factory: pytest.TempPathFactory, analog: dict[str, Any], data: st.DataObject
+) -> None:
+    path = tmp_path_factory.getbasetemp() / "changed.json"
+    document = copy.deepcopy(analog)
+    *outer, last = data.draw(st.sampled_from(places_in(document)))
+    holder = document
+    for key in outer:
+        holder = holder[key]
+    was = holder[last]
+    holder[last] = was + "a" if isinstance(was, str) else (was or 0) + data.draw(st.sampled_from([1, -1, 0.5, 1e-9]))
+    assume(holder[last] != was)
+    path.write_text(json.dumps(document))
+    with pytest.raises(FormatError):
+        read_model(path)
+
+
+def test_a_threshold_that_is_another_number_is_told(tmp_path: Path, analog: dict[str, Any]) -> None:
+    path = tmp_path / "model.json"
+    document = copy.deepcopy(analog)
+    document["encoder"]["thresholds"][0][0] -= 0.25
+    path.write_text(json.dumps(document))
+    with pytest.raises(FormatError, match="was changed after it was written, by its checksum; fit the model again, or"):
+        read_model(path)
+    # On purpose; and as older programs wrote it.
+    del document["checksum"]
+    path.write_text(json.dumps(document))
+    assert read_model(path).encoder is not None
+
+
+def test_a_file_may_be_laid_out_anew(tmp_path: Path, analog: dict[str, Any]) -> None:
+    path = tmp_path / "model.json"
+
+    def whole(value: Any) -> Any:
+        # As programs write numbers that tell no whole ones from others.
+        if isinstance(value, dict):
+            return {name: whole(inner) for name, inner in reversed(value.items())}
+        if isinstance(value, list):
+            return [whole(inner) for inner in value]
+        return int(value) if isinstance(value, float) and value == int(value) else value
+
+    path.write_text(json.dumps(whole(analog), indent=2))
+    assert read_model(path).netlist == fit_model(number_table(), label="what", encode="quantile", levels=3).netlist
+
+
 @pytest.mark.parametrize("mode", ["paper", "robust"])
 def test_hyperplanes_units_and_terms_belong_together(mode: str, tmp_path: Path) -> None:
     document = as_json(fit_model(switch_table(), label="object", mode=mode), tmp_path)
@@ -208,7 +269,7 @@ def test_a_netlist_answers_as_it_was_learned(mode: str, version: int, tmp_path: 
     if version < 3:
         # An older file; its answers are known where its mode parts all grasps.
         document = {**document, "version": version}
-        del document["answers"]
+        del document["answers"], document["checksum"]
     path.write_text(json.dumps(document))
     read_model(path)
     spoilt = [copy.deepcopy(document) for _ in range(2)]
@@ -255,6 +316,10 @@ def test_every_missing_or_replaced_field_is_a_format_error(tmp_path: Path) -> No
                 message = str(error)
             assert "\n" not in message
         path.write_text(json.dumps({k: v for k, v in document.items() if k != field}))
+        if field == "checksum":
+            # Older programs write none.
+            read_model(path)
+            continue
         with pytest.raises(FormatError):
             read_model(path)
 

@@ -2,10 +2,12 @@
 
 It holds the encoder's thresholds and ranges, the training grasps with their groups, the hyperplanes, the netlist and
 what it answers to training grasps; reading it computes nothing but checks and how sure answers are, and runs no code.
+A checksum tells that a number or a name in it was changed; what older programs wrote has none, and they pass it over.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 from collections.abc import Mapping
@@ -14,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.circuit import Netlist
 from varishold.errors import FormatError, InputError, require
 from varishold.files import atomic_write, read_json
@@ -30,6 +33,7 @@ from varishold.trust import Ranges
 __all__ = ["read_model", "write_model"]
 
 FORMAT, VERSION = "varishold grasp model", 3
+_CHECKSUM = "checksum"
 #: A larger file is none of ours: 10,000 grasps of 1,000 switches take about 30 MB.
 _LARGEST_FILE = 1 << 30
 # Training grasps, at most, that are answered when a file is read; very large circuits take a millisecond for one.
@@ -38,9 +42,17 @@ _ANSWERED = 1000
 
 def write_model(model: GraspModel, path: str | os.PathLike[str]) -> None:
     """Write a model file, whole or not at all."""
+    document = _document(model)
     with atomic_write(path, "w") as file:
-        json.dump(_document(model), file, allow_nan=False, separators=(",", ":"))
+        json.dump({**document, _CHECKSUM: _checksum(document)}, file, allow_nan=False, separators=(",", ":"))
         file.write("\n")
+
+
+def _checksum(document: Mapping[str, Any]) -> str:
+    """Return a digest of a model's document, however it is laid out and its numbers are written."""
+    said = {name: value for name, value in document.items() if name != _CHECKSUM}
+    plain = json.loads(json.dumps(said), parse_int=float)
+    return hashlib.blake2b(json.dumps(plain, sort_keys=True).encode(), digest_size=16).hexdigest()
 
 
 def _document(model: GraspModel) -> dict[str, Any]:
@@ -116,7 +128,10 @@ def _model(document: Mapping[str, Any], name: str) -> GraspModel:
     width = len(columns) if encoder is None else int(encoder.bits_per_channel_.sum())
     rows = _grasps(document["grasps"], width)
     codes = _whole(document["labels"], "labels", 0, len(classes) - 1)
-    require(len(codes) == len(rows) and len(rows), f"{len(rows)} grasps need as many labels, got {len(codes)}")
+    require(
+        len(codes) == len(rows) and len(rows),
+        f"{counted(len(rows), 'grasp needs', 'grasps need')} as many labels, got {len(codes)}",
+    )
     planes = _hyperplanes(document["hyperplanes"], width)
     groups, beyond = held_out_of(document, len(rows))
     netlist = Netlist.from_dict(document["netlist"], where=f"{name}: netlist")
@@ -133,7 +148,7 @@ def _model(document: Mapping[str, Any], name: str) -> GraspModel:
         selection = Selection(tuple(taken.tolist()), int(bound[0]))
     notes = {str(k): str(v) for k, v in dict(document["notes"]).items()}
     fits = len(netlist.classes) == grasps.n_classes and len(netlist.channels) == width and not netlist.comparators
-    require(fits, f"netlist does not fit the grasps: {len(netlist.channels)} switches, want {width}")
+    require(fits, f"netlist does not fit the grasps: {counted(len(netlist.channels), 'switch')}, want {width}")
     clf._rows, clf._codes, clf._groups, clf.classes_ = rows, codes, groups, np.array(classes)
     clf._adopt(grasps, str(document["mode"]), Learned(planes, netlist, selection, notes))
     clf._know(beyond)
@@ -142,6 +157,11 @@ def _model(document: Mapping[str, Any], name: str) -> GraspModel:
     together = together and all(term.literals for term in netlist.terms)
     require(together, "netlist and hyperplanes do not belong together")
     _check_answers(clf, document["answers"])
+    if document.get(_CHECKSUM) not in (None, _checksum(document)):
+        raise FormatError(
+            f"{name}: was changed after it was written, by its {_CHECKSUM}; fit the model again, or take the "
+            f"{_CHECKSUM} out where that was meant"
+        )
     return GraspModel(columns, str(document["label"]), encoder, clf)
 
 
@@ -196,7 +216,7 @@ def _encoder(document: Any, channels: int) -> ThresholdEncoder | None:
 def _grasps(document: Any, width: int) -> NDArray[np.bool_]:
     rows = _texts(document, "grasps")
     for k, row in enumerate(rows):
-        require(len(row) == width and not row.strip("01"), f"grasps[{k}] must be {width} characters 0 or 1")
+        require(len(row) == width and not row.strip("01"), f"grasps[{k}] must be {counted(width, 'character')} 0 or 1")
     return np.array([[bit == "1" for bit in row] for row in rows], dtype=np.bool_).reshape(len(rows), width)
 
 
