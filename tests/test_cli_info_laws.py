@@ -254,3 +254,42 @@ def test_a_unit_of_two_lines_is_said_in_one(tmp_path: Path) -> None:
     lines = said("info", tmp_path / "a.npz").splitlines()
     assert "unit      kPa fault: none" in lines
     assert "sensor    a b" in lines
+
+
+# Where taxels stand
+
+_GRID = np.stack(np.meshgrid(np.arange(4) * 4e-3, np.arange(3) * 4e-3), axis=-1).reshape(-1, 2)
+_PLACES = {
+    "right": (_GRID, ""),
+    "millimetres": (1e3 * _GRID, "taxels are 4 m apart: are positions_m in millimetres?"),
+    "twice": (_GRID[[0, 1, 2, 2, *range(4, 12)]], "positions_m of a sensor must differ: taxels 2 and 3 stand at one"),
+    "a line": (np.arange(12)[:, None] * [4e-3, 0], "positions_m of a sensor stand on one line"),
+    "far": (_GRID + [2e3, 0], "positions_m of a sensor must lie within 1000 m of its origin, got 2000"),
+}
+
+
+@pytest.mark.parametrize("by", ["recording", "sensor file"])
+@pytest.mark.parametrize("case", _PLACES)
+def test_validate_tells_of_places_where_no_taxels_stand(tmp_path: Path, case: str, by: str) -> None:
+    places, fault = _PLACES[case]
+    frames = np.random.default_rng(0).normal(5, 1, (9, 1, 12))
+    pad = Pad(frames, positions_m=places) if by == "recording" else Pad(frames)
+    write(Recording({"pad": pad}), tmp_path / "a.npz")
+    words = []
+    if by == "sensor file":
+        (tmp_path / "s.toml").write_text(f"positions_m = {places.tolist()}\n")
+        words = ["--sensor", tmp_path / "s.toml"]
+    (line,) = said("validate", tmp_path / "a.npz", *words, status=bool(fault)).splitlines()
+    assert (fault or "no fault found") in line
+    # Touch refuses what cannot be, and info tells it or asks.
+    if "apart" not in fault:
+        done = CliRunner().invoke(app, ["touch", str(tmp_path / "a.npz"), *map(str, words)])
+        assert (done.exception is not None and fault in str(done.exception)) == bool(fault)
+    told = CliRunner().invoke(app, ["info", str(tmp_path / "a.npz"), *map(str, words)])
+    assert fault in f"{told.stdout}{told.exception}"
+    assert f"{told.stdout}{told.exception}".count(fault or "never said") == bool(fault)
+
+
+def test_validate_asks_about_a_pitch_in_millimetres(tmp_path: Path) -> None:
+    write(Recording({"pad": Pad(np.random.default_rng(0).normal(5, 1, (9, 3, 4)), pitch_m=4.0)}), tmp_path / "a.npz")
+    assert "4 m apart: is the pitch in millimetres?" in said("validate", tmp_path / "a.npz", status=1)

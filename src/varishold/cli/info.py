@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from varishold.recording import Recording
     from varishold.recording.inspection import PadSummary, Summary
+    from varishold.sensor import Sensor
 
 # The picture of a frame: signs from nothing to the highest taxel, and the most rows and columns that it takes.
 _SIGNS = " .:-=+*#%@"
@@ -48,12 +49,18 @@ def info(
     json: Annotated[bool, Option("Print one JSON object a file.")] = False,
 ) -> None:
     """Say what a recording holds: pads, rate and gaps, unit, range, health, and what was guessed."""
+    from dataclasses import replace
+
     from varishold.cli.recordings import each_file, recording_files
     from varishold.recording.inspection import summarize
+    from varishold.sensor.recordings import misplaced
 
     def tell(file: str) -> None:
-        recording = _read(file, sensor, shape)
+        recording, known = _read(file, sensor, shape)
         found = summarize(recording)
+        # What is only asked about is among the notes.
+        refused = (fault for fault in misplaced(recording, known) if fault not in found.notes)
+        found = replace(found, faults=(*found.faults, *refused))
         if json:
             print_json({"file": file, **found.to_dict()})
             return
@@ -75,11 +82,13 @@ def validate(
     from varishold.cli.recordings import recording_files
     from varishold.errors import InputError
     from varishold.recording.inspection import faults_of
+    from varishold.sensor.recordings import misplaced
 
     n_faults = 0
     for file in recording_files(files):
         try:
-            faults = faults_of(_read(file, sensor, shape))
+            recording, known = _read(file, sensor, shape)
+            faults = (*faults_of(recording), *misplaced(recording, known))
         except InputError as error:
             faults = (str(error).removeprefix(f"{file}: "),)
         n_faults += len(faults)
@@ -94,11 +103,12 @@ def validate(
         raise click.exceptions.Exit(1)
 
 
-def _read(file: str, sensor: str | None, shape: str | None) -> Recording:
+def _read(file: str, sensor: str | None, shape: str | None) -> tuple[Recording, Sensor | None]:
     from varishold.cli.printing import parse_shape
     from varishold.cli.recordings import read_recording, sensor_for
 
-    return read_recording(file, sensor_for(file, sensor), shape=parse_shape(shape))
+    known = sensor_for(file, sensor)
+    return read_recording(file, known, shape=parse_shape(shape)), known
 
 
 def _lines(found: Summary) -> list[str]:

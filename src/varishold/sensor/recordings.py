@@ -15,10 +15,11 @@ from varishold.frame.polarity import find_fall
 from varishold.frame.spread import spread_over
 from varishold.recording import Pad, Recording
 from varishold.recording.mended import stored_without_faults, without_faults
+from varishold.recording.pad import UNNAMED_PAD, far_apart
 from varishold.recording.stored import Column, Stored, StoredPad
 from varishold.sensor.model import Sensor
 
-__all__ = ["upright_recording", "upright_stored"]
+__all__ = ["misplaced", "placed_by", "upright_recording", "upright_stored"]
 
 # Readings go the wrong way where at the start every taxel is this share of the range away from its rest ...
 _AWAY = 0.25
@@ -26,6 +27,47 @@ _AWAY = 0.25
 _BACK = 2.0
 # Frames that are looked at to see which way they go.
 _LOOKED_AT = 256
+
+
+def placed_by(pad: Pad, sensor: Sensor | None) -> Sensor | None:
+    """Return a pad's sensor, with the places of its taxels where the pad says them: it knows best.
+
+    Raises
+    ------
+    InputError
+        If no taxels can stand there.
+    """
+    if pad.positions_m is None:
+        return sensor
+    known = sensor or Sensor()
+    return replace(known, positions_m=pad.positions_m, shape=None, field=None, pitch_m=pad.pitch_m or known.pitch_m)
+
+
+def misplaced(recording: Recording, sensor: Sensor | None) -> tuple[str, ...]:
+    """Return in words where taxels cannot stand as a recording or its sensor says, or hardly: far from each other.
+
+    Parameters
+    ----------
+    recording : Recording
+    sensor : Sensor or None
+
+    Examples
+    --------
+    >>> misplaced(Recording({"pad": Pad(np.ones((2, 1, 3)), positions_m=[[0, 0], [1, 0], [0, 1]])}), None)
+    ('taxels are 1 m apart: are positions_m in millimetres?',)
+    """
+    found = []
+    for name, pad in recording.pads.items():
+        which = "" if name == UNNAMED_PAD else f"pad {name}: "
+        found += [f"{which}{words}" for words in far_apart(pad.pitch_m, pad.positions_m)]
+        if sensor is not None and pad.pitch_m is None and pad.positions_m is None:
+            found += far_apart(sensor.pitch_m, sensor.positions_m)
+        try:
+            placed = placed_by(pad, sensor)
+            _ = None if placed is None else placed.resampling
+        except InputError as error:
+            found.append(f"{which}{error}")
+    return tuple(dict.fromkeys(found))
 
 
 def upright_recording(recording: Recording, sensor: Sensor | None) -> Recording:

@@ -15,7 +15,7 @@ from varishold.levelset.contact import Contact, with_losses
 from varishold.recording import Pad, Recording, pascals_per_unit
 from varishold.recording.selection import frame_groups
 from varishold.sensor.model import Sensor
-from varishold.sensor.recordings import upright_recording
+from varishold.sensor.recordings import placed_by, upright_recording
 from varishold.sensor.words import sensor_name, undone_words
 from varishold.touch.answer import Answer
 from varishold.touch.caution import ends_flat, unsure_of_plane, unsure_of_smoothed, unsure_of_top
@@ -204,11 +204,7 @@ def _sensor_of(pad: Pad, sensor: Sensor | None, sigma: float | None) -> Sensor |
         # Noise leaves half of what is saturated below the end.
         noise = min(_NOISE_AT_END * sigma / left.span, _MOST_BELOW_END * left.saturation)
         left = replace(left, saturation=left.saturation - noise)
-    if pad.positions_m is None:
-        return left
-    # Where the taxels stand, the recording knows best.
-    known = left or Sensor()
-    return replace(known, positions_m=pad.positions_m, shape=None, field=None, pitch_m=pad.pitch_m or known.pitch_m)
+    return placed_by(pad, left)
 
 
 def _contacts(name: str, index: int, first: int, knows: Knowledge, *, of_press: bool = False) -> list[Contact]:
