@@ -264,7 +264,7 @@ _PLACES = {
     "millimetres": (1e3 * _GRID, "taxels are 4 m apart: are positions_m in millimetres?"),
     "twice": (_GRID[[0, 1, 2, 2, *range(4, 12)]], "positions_m of a sensor must differ: taxels 2 and 3 stand at one"),
     "a line": (np.arange(12)[:, None] * [4e-3, 0], "positions_m of a sensor stand on one line"),
-    "far": (_GRID + [2e3, 0], "positions_m of a sensor must lie within 1000 m of its origin, got 2000"),
+    "far": (_GRID + np.array([2e3, 0]), "positions_m of a sensor must lie within 1000 m of its origin, got 2000"),
 }
 
 
