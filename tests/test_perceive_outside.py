@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.toy_library import OBJECTS, library, touches
 
-from varishold.perceive import NONE_OF_THESE, Belief, Evidence, Library, Perceiver
+from varishold.perceive import NONE_OF_THESE, Belief, Evidence, Library, Perceiver, shipped_library
 from varishold.perceive.metric import fit_metric
+from varishold.perceive.number_words import number_in_words
 from varishold.perceive.seen import range_look, seen_range
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -111,3 +112,18 @@ def test_a_library_of_one_object_promises_it_no_more_than_others_do() -> None:
     update = perceiver.feel(Evidence("grasp", {"form": 0.0, "load": 50.0}))
     assert 0.5 <= update.probability["ball"] <= 0.9
     assert update.verdict == "enough"
+
+
+def test_what_lies_beyond_is_told_in_words() -> None:
+    """Every number of the shipped libraries has words of its own, without the name's dots."""
+    known = [shipped_library(pose) for pose in ("upright", "lying")]
+    names = {name for each in known for touch in each.touches.values() for name in touch.metric.names}
+    words = {name: number_in_words(name) for name in names}
+    assert len(set(words.values())) == len(names)
+    assert not any(set("._") & set(told) for told in words.values())
+    perceiver = Perceiver(known[0])
+    grasp = known[0].touches["grasp"]
+    usual = dict(zip(grasp.metric.names, grasp.values[int(np.argmax(grasp.made))].tolist(), strict=True))
+    perceiver.feel(Evidence("grasp", {**usual, "pad.ring.middle.curve": 1e3}))
+    (remark,) = perceiver.belief.remarks
+    assert remark.startswith("grasp: how bent the surface is along the columns of pad ring middle lies beyond all")

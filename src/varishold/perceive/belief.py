@@ -22,6 +22,7 @@ from varishold.perceive.evidence import Evidence
 from varishold.perceive.library import LOG_SIZES, Library
 from varishold.perceive.likelihood import mean_by_every_kind
 from varishold.perceive.name_evidence import NameEvidence
+from varishold.perceive.number_words import number_in_words
 from varishold.perceive.seen import Beyond, Look, SeenRange, answers_look, range_look
 from varishold.perceive.touch_model import SIGNIFICANCE, TouchModel
 from varishold.trust import known_share, weighed_p_value, widened
@@ -154,7 +155,8 @@ class Belief:
             nothing = "nothing that the library knows was felt; the belief stays as it was"
             remarks.append(f"{evidence.touch}: {'tried, and nothing was held' if evidence.failed else nothing}")
         if range_look([felt], _RANGE_ERROR).inside <= 1:
-            remarks.append(f"{evidence.touch}: {felt[1].name} lies beyond all that the library's examples have shown")
+            what = number_in_words(felt[1].name)
+            remarks.append(f"{evidence.touch}: {what} lies beyond all that the library's examples have shown")
         return replace(
             self,
             log_weight=self.log_weight + (log_kernel + success),
