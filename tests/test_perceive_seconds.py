@@ -20,7 +20,9 @@ from varishold.perceive import (
     shipped_library,
     write_library,
 )
+from varishold.perceive.library import LOG_SIZES
 from varishold.perceive.next_touch import time_until_sure
+from varishold.trust.fusion import MIXING
 
 
 def crossed(n: int = 40) -> Library:
@@ -152,3 +154,35 @@ def test_a_size_that_was_seen_weighs_examples_of_such_a_size() -> None:
     # Who takes the thing for none of its names says nothing of it.
     refused = NameEvidence("camera", even, p_value=0.01, pose=SizePrior(0.05, 0.005))
     assert belief.after(refused).probability["ball"] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("size_m", [0.004, 0.03, 0.0641, 0.0804, 0.0815, 0.247, 1.0])
+def test_of_a_size_that_was_seen_one_in_a_hundred_is_about_nothing_however_sure_it_is(size_m: float) -> None:
+    for sigma_m in (1e-300, 1e-9, 2e-4, 1e-3, 0.01, 0.1, 1e300):
+        said = np.exp(SizePrior(size_m, sigma_m).log_likelihood(LOG_SIZES))
+        assert said.mean() == pytest.approx(1.0)
+        assert said.min() >= MIXING - 1e-12
+        # None is likelier than what is nearest to it.
+        assert said.max() == said[np.abs(np.exp(LOG_SIZES) - size_m).argmin()]
+
+
+@pytest.mark.parametrize("between", [0.0, 0.25, 0.5, 0.75])
+def test_the_surer_a_size_was_seen_the_more_it_says(between: float) -> None:
+    """Wherever it lies between two of the sizes that are told apart, which are 2.6 % apart."""
+    size_m = float(np.exp(LOG_SIZES[40] + between * (LOG_SIZES[41] - LOG_SIZES[40])))
+    rng = np.random.default_rng(4)
+    sizes = np.exp(rng.uniform(np.log(0.03), np.log(0.12), 300)).tolist()
+    of = Library.from_examples(
+        {"ball": [[Evidence("tip", {"a": rng.normal()})] for _ in sizes]}, sizes_m={"ball": sizes}
+    )
+    told = [
+        Belief.before(of, NameEvidence("camera", {"ball": 1.0}, pose=SizePrior(size_m, sigma_m))).size()
+        for sigma_m in (0.012, 0.004, 0.002, 5e-4, 1e-4, 1e-6)
+    ]
+    middle, low, high = np.array(told).T
+    assert (np.abs(middle[1:] / size_m - 1) < 0.02).all()
+    assert (low < size_m).all()
+    assert (size_m < high).all()
+    # Known more finely than steps tell it, it is told as finely as these.
+    assert (np.diff(np.log(high / low)) < 0.005).all()
+    assert np.log(high[-1] / low[-1]) < 0.08

@@ -50,10 +50,20 @@ class SizePrior:
             )
 
     def log_likelihood(self, log_sizes: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the log-likelihood of each of these logarithms of sizes in metres, but for a constant."""
-        off = (np.exp(log_sizes) - self.size_m) / self.size_sigma_m
+        """Return the log-likelihood of each of these steps of size, as to their mean.
+
+        Parameters
+        ----------
+        log_sizes : ndarray of shape (n,)
+            Rising logarithms of sizes in metres, each the middle of a step that is as likely before; what lies beyond
+            the first or the last is told as that.
+        """
+        sizes = np.exp(log_sizes)
+        # No more finely than steps tell it: between the middles of two it would otherwise be found in neither.
+        sigma = np.hypot(self.size_sigma_m, 0.5 * np.gradient(log_sizes) * sizes)
+        said = np.exp(-0.5 * ((sizes - np.clip(self.size_m, sizes[0], sizes[-1])) / sigma) ** 2)
         # As with names: a share of what is said is about nothing, so that no size is ruled out.
-        return np.asarray(np.log((1 - MIXING) * np.exp(-0.5 * off**2) + MIXING))
+        return np.asarray(np.log((1 - MIXING) * said / said.mean() + MIXING))
 
 
 @dataclass(frozen=True)
