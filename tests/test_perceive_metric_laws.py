@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from varishold.errors import InputError
-from varishold.perceive import NameEvidence
+from varishold.perceive import Belief, Evidence, Library, NameEvidence
+from varishold.perceive.library import LOG_SIZES
 from varishold.perceive.metric import fit_metric
 from varishold.perceive.name_evidence import names_in_words
 from varishold.perceive.size_model import fit_size_model
@@ -111,6 +113,47 @@ def test_a_million_scales_off_all_sizes_are_alike() -> None:
         np.testing.assert_allclose(told, least)
     near = model.log_likelihood(np.array([0.9e6 * model.scale[0]]), np.array([-3.0, -2.0]))
     assert (near > least + 0.1).all()
+
+
+def test_steps_of_size_are_told_by_the_mean_over_each() -> None:
+    rng = np.random.default_rng(7)
+    log_size = rng.uniform(-3.2, -2.2, 160)
+    # One object is told to .4 %, as with the quantiles of what it is off, and the other to a tenth.
+    fitted = log_size + rng.normal(0, np.where(np.arange(160) % 2, 0.1, 0.001))
+    model = fit_size_model(("size.a",), fitted[:, None], log_size, np.arange(160) % 2)
+    for model_of_one in (model, replace(model, off=np.zeros_like(model.off))):
+        for step in (0.003, 0.025, 0.2):
+            grid = -4 + step * np.arange(9)
+            parts = (grid[:, None] + step * ((np.arange(2000) + 0.5) / 2000 - 0.5)).ravel()
+            for value in (-4.0, -3.9, -3.99, -2.0, 40.0):
+                fine = np.exp(model_of_one.log_likelihood(np.array([value]), parts)).reshape(2, 9, 2000)
+                told = model_of_one.log_likelihood_of_steps(np.array([value]), grid)
+                np.testing.assert_allclose(told, np.log(fine.mean(axis=2)), atol=1e-3)
+    assert not model.log_likelihood_of_steps(np.array([np.nan]), grid).any()
+    for absurd in (1e9, -1e9, 1e200):
+        alike = model.log_likelihood_of_steps(np.array([absurd]), np.array([-3.0, -2.9, -2.8]))
+        assert np.isfinite(alike).all()
+        np.testing.assert_allclose(np.ptp(alike, axis=1), 0, atol=1e-9)
+
+
+def test_where_a_size_lies_between_two_that_are_told_apart_says_nothing_of_the_name() -> None:
+    """Of a ball sizes are told to a fifth of a step and better, of a cone to no step."""
+    rng = np.random.default_rng(8)
+    sizes = np.exp(rng.uniform(np.log(0.05), np.log(0.11), (2, 200)))
+    told = np.log(sizes) + rng.normal(size=(2, 200)) * [[0.001], [0.06]]
+    rows = [[[Evidence("grasp", {"a": rng.normal(), "size.a": value})] for value in of] for of in told]
+    of = Library.from_examples(
+        dict(zip(("ball", "cone"), rows, strict=True)), sizes_m={"ball": sizes[0], "cone": sizes[1]}
+    )
+    between = np.log(0.07) + (LOG_SIZES[1] - LOG_SIZES[0]) * np.linspace(0, 1, 21)
+    beliefs = [Belief.before(of).after(Evidence("grasp", {"a": 0.0, "size.a": value})) for value in between]
+    odds = [belief.probability["ball"] / belief.probability["cone"] for belief in beliefs]
+    assert np.ptp(np.log(odds)) < 0.05
+    middle, low, high = np.array([belief.size("ball") for belief in beliefs], dtype=float).T
+    assert (low < np.exp(between)).all()
+    assert (np.exp(between) < high).all()
+    assert np.abs(np.log(middle) - between).max() < 0.015
+    assert np.log(high / low).max() < 0.06
 
 
 def test_an_object_without_sizes_is_left_out_of_what_sizes_say() -> None:

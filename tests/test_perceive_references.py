@@ -20,6 +20,8 @@ MIDDLES = {"ball": (0.0, 0.0, 0.0), "box": (1.2, 0.4, 0.0), "cone": (0.3, 1.2, 0
 TOUCHES = ("grasp", "higher", "tip")
 #: Sizes that are told apart: 20 to 250 mm.
 SIZES = np.linspace(np.log(0.02), np.log(0.25), 101)
+# Each size is the middle of a step, here in many equal parts.
+PARTS = SIZES[:, None] + (SIZES[1] - SIZES[0]) * ((np.arange(200) + 0.5) / 200 - 0.5)
 
 
 def touch(name: str, middle: tuple[float, ...], rng: np.random.Generator, size_m: float) -> Evidence:
@@ -104,9 +106,9 @@ class Plain:
         if model.size is not None and np.isfinite(size := evidence.vector(model.size.names)).all():
             self.sized += 1
             for k, (line, scale) in enumerate(zip(model.size.line, model.size.scale, strict=True)):
-                off = (SIZES - line[:-1] @ size - line[-1]) / scale
-                # Student's t of three degrees of freedom.
-                self.table[k] += -2 * np.log(1 + off**2 / 3) - np.log(scale)
+                off = (PARTS - line[:-1] @ size - line[-1]) / scale
+                # Student's t of three degrees of freedom, on the mean over each step.
+                self.table[k] += np.log(((1 + off**2 / 3) ** -2 / scale).mean(axis=1))
         if known.any():
             self.touches.append((model, values))
 

@@ -148,7 +148,7 @@ class Belief:
         log_kernel, means = self._explained(model, values)
         sizes, sized = self.size_table, self.sized
         if model.size is not None:
-            told = model.size.log_likelihood(evidence.vector(model.size.names), LOG_SIZES)
+            told = model.size.log_likelihood_of_steps(evidence.vector(model.size.names), LOG_SIZES)
             sizes, sized = sizes + told, sized + int(bool(told.any()))
         remarks, felt = list(evidence.remarks), (model.seen, model.seen.beyond(values))
         if not known.any():

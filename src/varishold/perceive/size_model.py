@@ -62,13 +62,34 @@ class SizeModel:
         ndarray of shape (n_objects, n_sizes)
             Zeros where a number is not known.
         """
+        at, scale = self._said(values)
+        away = (log_sizes[None, None, :] - at[:, :, None]) / scale[:, None, None]
+        of_each = (1 + np.clip(away, -_MOST_OFF, _MOST_OFF) ** 2 / FREEDOM) ** (-0.5 * (FREEDOM + 1))
+        return _told(of_each, scale)
+
+    def log_likelihood_of_steps(self, values: Floats, log_sizes: Floats) -> Floats:
+        """As `log_likelihood`, on the mean over steps that are as wide as they are apart, with the sizes as middles.
+
+        Steps may be wider than what a touch tells. By their middles alone a name would be likelier or not by where
+        between two of them the size lies.
+        """
+        at, scale = self._said(values)
+        away = (log_sizes[None, None, :] - at[:, :, None]) / scale[:, None, None]
+        wide = (np.gradient(log_sizes) / scale[:, None])[:, None, :] / np.sqrt(FREEDOM)
+        middle = np.clip(away, -_MOST_OFF, _MOST_OFF) / np.sqrt(FREEDOM)
+        # The integral of (1 + u^2)^-2, Student's t of three degrees of freedom, from low to high, as of the difference
+        # of its values at both, which far off are as good as one.
+        low, high = middle - wide / 2, middle + wide / 2
+        between = np.arctan2(wide, 1 + low * high)
+        between += wide * (1 - low * high) / ((1 + low**2) * (1 + high**2))
+        return _told(between / (2 * wide), scale)
+
+    def _said(self, values: Floats) -> tuple[Floats, Floats]:
+        """Return about which sizes likelihoods of a touch lie, shape (n_objects, n_quantiles), and how wide."""
         # Summed line by line, so that one object more changes no bit of the others'.
         expected = (self.line[:, :-1] * values).sum(axis=1) + self.line[:, -1]
         scale = np.where(self.off.any(axis=1), np.maximum(_SPREAD * self.scale, _LEAST_SCALE), self.scale)
-        away = (log_sizes[None, None, :] - expected[:, None, None] - self.off[:, :, None]) / scale[:, None, None]
-        of_each = (1 + np.clip(away, -_MOST_OFF, _MOST_OFF) ** 2 / FREEDOM) ** (-0.5 * (FREEDOM + 1))
-        out = np.log(of_each.mean(axis=1)) - np.log(scale)[:, None]
-        return np.where(np.isfinite(out), out, 0.0)
+        return expected[:, None] + self.off, scale
 
     def with_object(self, values: Floats, log_size: Floats) -> Self:
         """Return a model of one object more, from its examples."""
@@ -83,6 +104,12 @@ class SizeModel:
     def only(self, index: list[int]) -> Self:
         """Return a model of some of the objects."""
         return replace(self, line=self.line[index], scale=self.scale[index], off=self.off[index])
+
+
+def _told(of_each: Floats, scale: Floats) -> Floats:
+    """Return the log-likelihood of each object's sizes from that about each quantile; zeros where nothing is known."""
+    out = np.log(of_each.mean(axis=1)) - np.log(scale)[:, None]
+    return np.where(np.isfinite(out), out, 0.0)
 
 
 def fit_size_model(names: tuple[str, ...], values: Floats, log_size: Floats, owner: NDArray[np.int64]) -> SizeModel:
