@@ -11,7 +11,8 @@ import pytest
 from tests.toy_library import library, touches
 
 from varishold.errors import InputError
-from varishold.perceive import Library, Perceiver, Perception
+from varishold.perceive import NONE_OF_THESE, Library, Perceiver, Perception
+from varishold.trust import strange_share
 
 
 @cache
@@ -91,3 +92,16 @@ def test_the_verdict_and_what_each_touch_says_are_as_if_it_were_one_of_these() -
     sure, plain = felt(knowing(0.0)), felt(knowing(1.0))
     for blind, seeing in zip(sure.answer().trace, plain.answer().trace, strict=True):
         assert (blind.verdict, blind.probability, blind.why) == (seeing.verdict, seeing.probability, seeing.why)
+
+
+def test_that_a_thing_is_none_of_these_is_the_surer_the_more_strangers_are_met() -> None:
+    stated = []
+    for share in (0.0, 0.01, 0.1, 0.5, 0.9):
+        perceiver = Perceiver(knowing(0.9), most_touches=1, strangers=share)
+        perceiver.feel(touches(-40.0, np.random.default_rng(2))[0])
+        answer = perceiver.answer()
+        assert answer.object == NONE_OF_THESE
+        stated.append(answer.probability)
+        assert answer.probability == pytest.approx(strange_share(answer.trace[-1].p_value, share))
+    assert stated == sorted(set(stated))
+    assert stated[0] == 0.0

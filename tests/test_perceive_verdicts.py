@@ -194,7 +194,7 @@ def test_the_answer_is_the_last_update_and_others_of_a_hundredth(refuse: bool) -
     assert doubted.feel(HEARD).verdict == "go on"
     answer = doubted.answer()
     if refuse:
-        assert (answer.object, answer.probability) == (NONE_OF_THESE, 1 - 0.004)
+        assert (answer.object, answer.probability) == (NONE_OF_THESE, pytest.approx(0.1 / (0.1 + 0.9 * 0.004)))
         assert (answer.size_m, answer.size_interval_m) == (None, None)
         assert answer.alternatives == {"ball": 0.9, "box": 0.0801, "cone": 0.01}
     else:

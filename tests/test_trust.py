@@ -10,7 +10,15 @@ from hypothesis.extra.numpy import arrays
 from scipy.stats import binomtest, kstest
 
 from varishold.errors import InputError
-from varishold.trust import Calibration, calibrate, conformal_p_value, group_folds, known_share, share_interval
+from varishold.trust import (
+    Calibration,
+    calibrate,
+    conformal_p_value,
+    group_folds,
+    known_share,
+    share_interval,
+    strange_share,
+)
 
 
 def test_p_values_of_exchangeable_things_are_uniform() -> None:
@@ -119,3 +127,30 @@ def test_what_is_stranger_is_known_no_more_likely(one: float, other: float, powe
     # Tests that tell nothing leave nine of ten.
     assert known_share(low, 0.02, 0.02, 0.1) == pytest.approx(0.9)
     assert known_share(1.0, power, 0.02, 0.1) >= 0.9 - 1e-12
+
+
+@pytest.mark.parametrize(
+    ("n_known", "strangers", "error"), [(10, 0.1, 0.1), (300, 0.1, 0.008), (50, 0.5, 0.05), (10, 0.02, 0.1)]
+)
+def test_what_is_refused_is_strange_as_often_as_stated(n_known: int, strangers: float, error: float) -> None:
+    """Where every stranger is odder than all that is known; less one, the p-value would promise .9 or more of each."""
+    rng = np.random.default_rng(11)
+    known = rng.normal(size=(4000, n_known))
+    strange = rng.random(4000) < strangers
+    felt = np.where(strange, 99.0, rng.normal(size=4000))
+    p = np.array([conformal_p_value([one], of).item() for one, of in zip(felt, known, strict=True)])
+    refused = p <= error
+    stated = np.array([strange_share(each, strangers) for each in p[refused]])
+    often = float(strange[refused].mean())
+    assert stated.mean() == pytest.approx(often, abs=0.05)
+    assert (1 - p[refused]).mean() > 0.89
+
+
+def test_a_stranger_is_the_likelier_the_odder_and_the_commoner_it_is() -> None:
+    for strangers in (0.01, 0.1, 0.6):
+        told = [strange_share(p, strangers) for p in (0.001, 0.01, 0.1, 1.0)]
+        assert told == sorted(told, reverse=True)
+        assert told[-1] == pytest.approx(strangers)
+        assert all(a < b for a, b in zip(told, [strange_share(p, 0.7) for p in (0.001, 0.01, 0.1, 1.0)], strict=True))
+    # Where nobody else can come nothing is strange, however odd.
+    assert strange_share(1e-9, 0.0) == 0.0

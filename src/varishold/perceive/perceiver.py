@@ -19,6 +19,7 @@ from varishold.perceive.library_file import shipped_library
 from varishold.perceive.name_evidence import NameEvidence
 from varishold.perceive.next_touch import NextTouch, expected_information, time_until_sure
 from varishold.perceive.reasons import reasons_of
+from varishold.trust import strange_share
 
 __all__ = ["NONE_OF_THESE", "BeliefUpdate", "Perceiver", "Perception"]
 
@@ -78,7 +79,7 @@ class Perception:
         sure against that, the name that is true of both.
     probability : float
         Of an object, or of both that it may be, as in a `BeliefUpdate` less what is left for strangers; of none of
-        these, 1 less the p-value.
+        these, that of a stranger among what feels as odd, of which known things are the p-value's share of theirs.
     size_m : float or None
         Diameter or breadth; None where it is not known, or no object is named. Metres.
     size_interval_m : (float, float) or None
@@ -314,7 +315,13 @@ class Perceiver:
         others = {other: q for other, q in last.probability.items() if q >= 0.01}
         if last.verdict == "none of these" or (last.verdict == "go on" and self.refuse and self.belief.atypical):
             return Perception(
-                NONE_OF_THESE, 1 - last.p_value, None, None, others, tuple(self._trace), self.belief.remarks
+                NONE_OF_THESE,
+                strange_share(last.p_value, self.strangers),
+                None,
+                None,
+                others,
+                tuple(self._trace),
+                self.belief.remarks,
             )
         others.pop(name, None)
         size = felt.size(name)

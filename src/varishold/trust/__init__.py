@@ -30,6 +30,7 @@ __all__ = [
     "merged_p_value",
     "same_partition",
     "share_interval",
+    "strange_share",
     "weighed_p_value",
     "widened",
 ]
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
         known_share,
         least_error,
         merged_p_value,
+        strange_share,
         weighed_p_value,
         widened,
     )

@@ -9,7 +9,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 
-__all__ = ["conformal_p_value", "known_share", "least_error", "merged_p_value", "weighed_p_value", "widened"]
+__all__ = [
+    "conformal_p_value",
+    "known_share",
+    "least_error",
+    "merged_p_value",
+    "strange_share",
+    "weighed_p_value",
+    "widened",
+]
 
 Floats = NDArray[np.float64]
 
@@ -147,6 +155,27 @@ def known_share(p_value: float, power: float, significance: float, strangers: fl
     a = math.log(max(power, significance)) / math.log(significance)
     odds = strangers / (1 - strangers) * a * p_value ** (a - 1)
     return float(1 / (1 + odds))
+
+
+def strange_share(p_value: float, strangers: float) -> float:
+    """Return the probability that a thing is strange where it is as odd as it is, were every strange one as odd.
+
+    Of known things a share of `p_value` is as odd too. How many of them are felt beside the strange ones decides what a
+    p-value is worth: less one, it is no probability of a stranger.
+
+    Parameters
+    ----------
+    p_value : float
+        How rare it is that something known is as strange, above 0 and at most 1.
+    strangers : float
+        How many of all things are strange, a share of at least 0 and below 1.
+
+    Examples
+    --------
+    >>> [round(strange_share(p, 0.1), 3) for p in (0.003, 0.008, 1 / 11, 1.0)]
+    [0.974, 0.933, 0.55, 0.1]
+    """
+    return strangers / (strangers + (1 - strangers) * p_value)
 
 
 def widened(probabilities: ArrayLike, p_values: ArrayLike, error: float) -> Floats:
