@@ -405,3 +405,63 @@ def test_a_touch_that_nobody_knows_of_the_likely_objects_tells_nothing() -> None
     after = belief.after(Evidence("tip", {"a": 0.0}))
     assert np.isfinite(list(after.probability.values())).all()
     assert after.best == "ball"
+
+
+# Touches that are made again
+
+
+def posed_library(middles: np.ndarray, rng: np.random.Generator) -> Library:
+    """Objects of which a touch feels the pose, and a little noise."""
+    return Library.from_examples(
+        {f"{k}": [[posed(middle, rng.normal(size=3), rng)] for _ in range(50)] for k, middle in enumerate(middles)}
+    )
+
+
+def posed(middle: np.ndarray, pose: np.ndarray, rng: np.random.Generator) -> Evidence:
+    felt = middle + pose + rng.normal(0, 0.3, 3)
+    return Evidence("grasp", {f"a{k}": value for k, value in enumerate(felt)})
+
+
+def test_a_touch_that_is_made_again_in_the_same_place_makes_nobody_surer_than_right() -> None:
+    rng, sure, right = np.random.default_rng(17), 0, 0
+    for _ in range(4):
+        middles = 1.5 * rng.normal(size=(4, 3))
+        of = posed_library(middles, rng)
+        for n in range(100):
+            pose = rng.normal(size=3)
+            belief = Belief.before(of)
+            for _ in range(5):
+                belief = belief.after(posed(middles[n % 4], pose, rng))
+            sure += belief.probability[belief.best] > 0.95
+            right += belief.probability[belief.best] > 0.95 and belief.best == str(n % 4)
+    assert sure > 40
+    assert right >= 0.95 * sure
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_copies_of_a_touch_say_what_it_says_once(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    of = posed_library(1.5 * rng.normal(size=(4, 3)), rng)
+    grasp = posed(rng.normal(size=3), rng.normal(size=3), rng)
+    once = Belief.before(of).after(grasp)
+    for n in (2, 7):
+        assert believe(of, [grasp] * n).probability == pytest.approx(once.probability)
+    # Another place is another touch, and what was felt before the move stays as it was.
+    moved = once.in_new_place()
+    assert moved.after(grasp).after(grasp).probability == pytest.approx(moved.after(grasp).probability)
+    assert max(moved.after(grasp).probability.values()) > max(once.probability.values())
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_sensors_that_speak_one_after_another_are_one_touch_in_any_order(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    of = posed_library(1.5 * rng.normal(size=(4, 3)), rng)
+    whole = posed(rng.normal(size=3), rng.normal(size=3), rng)
+    parts = [only(whole, "a0"), only(whole, "a1", "a2")]
+    both = believe(of, parts)
+    says = {name: believe(of, [part]).log_weight for name, part in zip("ab", parts, strict=True)}
+    np.testing.assert_allclose(both.log_weight, says["a"] + says["b"], atol=1e-9)
+    felt = [*parts, whole, only(whole, "a1")]
+    first = believe(of, felt)
+    for order in ([3, 1, 0, 2], [2, 0, 3, 1], [1, 3, 2, 0]):
+        assert believe(of, [felt[k] for k in order]).probability == pytest.approx(first.probability)

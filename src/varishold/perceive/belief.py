@@ -8,7 +8,8 @@ would make the belief surer than it may be.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Self
 
@@ -51,6 +52,36 @@ _WEIGHT_OF_SIGHT = 0.5
 
 
 @dataclass(frozen=True, eq=False)
+class Repeated:
+    """What one touch has said of the particles, however often it was made at an object that stayed in its place.
+
+    It errs each time as it did before, so that all times together are worth one. What knows other numbers, as another
+    sensor does, is a part of the same time.
+
+    Parameters
+    ----------
+    total : ndarray of shape (n,)
+        The sum over all times.
+    times : ndarray of shape (d,), int
+        How often each of the touch's numbers was known.
+
+    :meta private:
+    """
+
+    total: Floats
+    times: NDArray[np.int64]
+
+    @property
+    def log_weight(self) -> Floats:
+        """What it says of each particle."""
+        return self.total / max(1, int(self.times.max(initial=0)))
+
+    def again(self, log_weight: Floats, known: NDArray[np.bool_]) -> Repeated:
+        """Return what is said with another time."""
+        return Repeated(self.total + log_weight, self.times + known)
+
+
+@dataclass(frozen=True, eq=False)
 class Belief:
     """What is believed after some touches.
 
@@ -82,6 +113,8 @@ class Belief:
         err with the touches.
     strangers : float
         How many of all things are none of the library's, as far as was known before any touch: a share.
+    here : mapping of str to Repeated
+        What each touch that was made since the object was moved last has said of the particles.
     """
 
     library: Library
@@ -97,6 +130,7 @@ class Belief:
     answers: tuple[NameEvidence, ...] = ()
     seen: NameEvidence | None = None
     strangers: float = STRANGERS
+    here: Mapping[str, Repeated] = field(default_factory=dict)
 
     @classmethod
     def before(cls, library: Library, prior: NameEvidence | None = None, *, strangers: float = STRANGERS) -> Self:
@@ -157,9 +191,13 @@ class Belief:
         if range_look([felt], _RANGE_ERROR).inside <= 1:
             what = number_in_words(felt[1].name)
             remarks.append(f"{evidence.touch}: {what} lies beyond all that the library's examples have shown")
+        nothing_yet = Repeated(np.zeros(len(self.library)), np.zeros(len(values), dtype=np.int64))
+        before = self.here.get(evidence.touch, nothing_yet)
+        said = before.again(log_kernel + success, known)
         return replace(
             self,
-            log_weight=self.log_weight + (log_kernel + success),
+            log_weight=self.log_weight + (said.log_weight - before.log_weight),
+            here={**self.here, evidence.touch: said},
             size_table=sizes,
             touches=(*self.touches, evidence.touch),
             scores=np.vstack(
@@ -204,7 +242,7 @@ class Belief:
         before = self.library.members @ prior
         # What the particles of each size said on the whole stays as what is known of the size.
         said = np.log(np.maximum(told, 1e-300)) - np.log(np.maximum(before, 1e-300)) + top
-        return replace(self, log_weight=np.zeros(len(self.library)), kept=self.kept + said)
+        return replace(self, log_weight=np.zeros(len(self.library)), kept=self.kept + said, here={})
 
     @cached_property
     def _joint(self) -> tuple[Floats, Floats]:
