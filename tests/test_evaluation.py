@@ -15,7 +15,7 @@ from varishold import Pad, Recording, TactileClassifier
 from varishold.errors import InputError
 from varishold.evaluation import Evaluation, evaluate, evaluate_model, evaluate_shipped, peers
 from varishold.evaluation.features import FEATURES, feature_table, pooled_frames
-from varishold.evaluation.figures import difference_figure, mean_figure, share_figure
+from varishold.evaluation.figures import difference_figure, mean_figure, overstated_figure, share_figure
 from varishold.evaluation.held_out import Felt, learn_some
 from varishold.evaluation.leaks import (
     duplicated,
@@ -131,14 +131,32 @@ class TestSplits:
 
 
 class TestFigures:
-    def test_groups_of_equal_size_give_students_interval_of_their_shares(self) -> None:
+    def test_groups_give_wilsons_interval_of_so_many_presses_as_tell_as_much(self) -> None:
         rng = np.random.default_rng(0)
         right = rng.random((6, 30)) < rng.uniform(0.3, 0.9, (6, 1))
         figure = share_figure(right.ravel(), np.repeat(np.arange(6), 30))
         shares = right.mean(axis=1)
-        low, high = stats.t.interval(0.95, 5, loc=shares.mean(), scale=stats.sem(shares))
-        assert (figure.value, figure.low, figure.high) == pytest.approx((shares.mean(), low, high))
+        share = shares.mean()
+        # Independent presses that scatter as the groups' mean does, and no better known than by six groups.
+        telling = share * (1 - share) / stats.sem(shares) ** 2 * (stats.norm.ppf(0.975) / stats.t.ppf(0.975, 5)) ** 2
+        ends = [share_interval(share * telling, telling)[k] for k in (0, 1)]
+        assert (figure.value, figure.low, figure.high) == pytest.approx((share, *ends))
         assert (figure.over, figure.n, figure.n_groups) == ("groups", 180, 6)
+
+    @pytest.mark.parametrize("n_groups", [3, 5, 8])
+    @pytest.mark.parametrize(("mean", "apart"), [(1.0, 0.0), (1.0, 1.0), (3.0, 0.0), (3.0, 1.0), (3.0, 2.0)])
+    def test_intervals_over_groups_hold_the_share_of_groups_still_to_come(
+        self, n_groups: int, mean: float, apart: float
+    ) -> None:
+        rng = np.random.default_rng(n_groups)
+
+        def shares(n: int) -> np.ndarray:
+            return 1 / (1 + np.exp(-rng.normal(mean, apart, n)))
+
+        truth, groups = shares(200_000).mean(), np.repeat(np.arange(n_groups), 20)
+        drawn = [share_figure(rng.random(len(groups)) < np.repeat(shares(n_groups), 20), groups) for _ in range(400)]
+        # Student's held it in 78 to 84 % where groups are far apart and mostly good.
+        assert np.mean([f.low <= truth <= f.high for f in drawn]) > 0.875
 
     def test_unequal_groups_give_the_interval_of_a_ratio(self) -> None:
         values, groups = np.array([1.0, 2, 3, 4, 8, 9]), np.array(list("aabccc"))
@@ -148,12 +166,25 @@ class TestFigures:
         half = stats.t.ppf(0.975, 2) * np.sqrt(3 / 2 * (left**2).sum()) / 6
         assert (figure.low, figure.high) == pytest.approx((mean - half, mean + half))
 
-    def test_an_interval_over_groups_is_never_narrower_than_wilsons(self) -> None:
-        right, groups = np.ones(40, bool), np.repeat(np.arange(4), 10)
+    @pytest.mark.parametrize("n_right", [40, 36, 20])
+    def test_an_interval_over_groups_is_never_narrower_than_wilsons(self, n_right: int) -> None:
+        # Ten presses a group, as alike between groups as can be.
+        right, groups = np.arange(40) < n_right, np.arange(40) % 4
         figure = share_figure(right, groups)
-        want = stats.binomtest(40, 40).proportion_ci(method="wilson")
-        assert (figure.low, figure.high) == pytest.approx((want.low, want.high))
+        want = stats.binomtest(n_right, 40).proportion_ci(method="wilson")
+        assert figure.low is not None
+        assert figure.high is not None
+        assert figure.low <= want.low
+        assert figure.high >= want.high - 1e-12
+        fewer = 40 * (stats.norm.ppf(0.975) / stats.t.ppf(0.975, 3)) ** 2
+        ends = share_interval(n_right / 40 * fewer, fewer)
+        assert (figure.low, figure.high) == pytest.approx(ends)
         assert figure.over == "groups"
+
+    def test_more_groups_tell_more(self) -> None:
+        lows = [share_figure(np.ones(60), np.arange(60) % n).low for n in (3, 4, 6, 12)]
+        assert lows == sorted(lows)
+        assert lows[-1] < share_figure(np.ones(60)).low
 
     @pytest.mark.parametrize("groups", [None, np.repeat(["a", "b"], 10)])
     def test_fewer_than_three_groups_give_wilsons_and_say_so(self, groups: np.ndarray | None) -> None:
@@ -175,6 +206,53 @@ class TestFigures:
         figure = difference_figure(mine, other, np.array(list("aabbcc")))
         assert figure.value == 0
         assert figure.high == pytest.approx(stats.t.ppf(0.975, 2) * np.sqrt(3 / 2 * (1 + 0 + 1)) / 6)
+
+    @pytest.mark.parametrize("groups", [None, np.arange(24) % 3])
+    def test_answers_that_do_not_differ_leave_a_difference_open(self, groups: np.ndarray | None) -> None:
+        figure = difference_figure(np.ones(24), np.ones(24), groups)
+        wilson = stats.binomtest(0, 24).proportion_ci(method="wilson")
+        assert (figure.low, figure.high) == pytest.approx((-wilson.high, wilson.high))
+        # One press more in every group: all groups agree, and three presses tell next to nothing.
+        figure = difference_figure(np.ones(24), np.arange(24) >= 3, groups)
+        assert figure.value == pytest.approx(1 / 8)
+        assert figure.low is not None
+        assert figure.low < 0
+
+    @pytest.mark.parametrize("groups", [None, np.arange(60) % 3, np.arange(60) % 6])
+    @pytest.mark.parametrize(("n", "better", "worse"), [(24, 0.02, 0.005), (60, 0.02, 0.005), (60, 0.15, 0.05)])
+    def test_intervals_of_a_difference_hold_the_true_one(
+        self, n: int, better: float, worse: float, groups: np.ndarray | None
+    ) -> None:
+        rng = np.random.default_rng(n)
+        of = None if groups is None else groups[:n]
+        held = []
+        for _ in range(400):
+            drawn = rng.choice(3, n, p=[better, worse, 1 - better - worse])
+            figure = difference_figure(drawn != 1, drawn != 0, of)
+            held.append(figure.low <= better - worse <= figure.high)
+        # Student's held it in 47 % where one answer in forty differs.
+        assert np.mean(held) > 0.92
+
+    @pytest.mark.parametrize("groups", [None, np.arange(24) % 3])
+    def test_right_answers_alone_do_not_say_that_too_little_was_promised(self, groups: np.ndarray | None) -> None:
+        top = np.linspace(0.96, 0.999, 24)
+        figure, share = overstated_figure(top, np.ones(24), groups), share_figure(np.ones(24), groups)
+        assert figure.value == pytest.approx(top.mean() - 1)
+        assert (figure.low, figure.high) == pytest.approx((top.mean() - 1, top.mean() - share.low), abs=1e-2)
+        assert figure.high > 0.1
+
+    @pytest.mark.parametrize("groups", [None, np.arange(40) % 4])
+    @pytest.mark.parametrize("stated", [0.8, 0.97, 0.99])
+    def test_probabilities_that_keep_their_word_are_seldom_said_not_to(
+        self, stated: float, groups: np.ndarray | None
+    ) -> None:
+        rng = np.random.default_rng(0)
+        held = []
+        for _ in range(400):
+            top = rng.beta(50 * stated, 50 * (1 - stated), 40)
+            figure = overstated_figure(top, rng.random(40) < top, groups)
+            held.append(figure.low <= 0 <= figure.high)
+        assert np.mean(held) > 0.93
 
 
 class TestScores:

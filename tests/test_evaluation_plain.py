@@ -20,7 +20,7 @@ from varishold.evaluation.held_out import Felt
 from varishold.evaluation.leaks import Leak, find_leaks, interleaved, one_block_each, still_columns, untouched_taxels
 from varishold.evaluation.splits import Split, split_presses, usable_groups
 from varishold.touch.course.presses import Press
-from varishold.trust import share_interval
+from varishold.trust import difference_interval, share_interval
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 Groups = np.ndarray[Any, np.dtype[np.str_]]
@@ -56,18 +56,25 @@ def test_figures_are_those_of_plain_sums(seed: int, n_groups: int) -> None:
     for figure in (mean, share):
         assert (figure.n, figure.n_groups) == (len(groups), n_groups)
         assert figure.over == ("groups" if n_groups >= 3 else "presses")
-    low, high = share_interval(int(right.sum()), len(right))
+    telling = float(len(right))
     assert share.value == pytest.approx(right.mean())
     if n_groups >= 3:
-        half = half_over_groups(right.astype(float).tolist(), groups.tolist())
-        low, high = min(low, max(right.mean() - half, 0)), max(high, min(right.mean() + half, 1))
+        few = float(stats.t.ppf(0.975, n_groups - 1))
+        scatter = half_over_groups(right.astype(float).tolist(), groups.tolist()) / few
+        by_chance = right.mean() * (1 - right.mean()) / len(right)
+        telling *= min(1.0, by_chance / scatter**2 if scatter else 1.0) * (stats.norm.ppf(0.975) / few) ** 2
         around = half_over_groups(values.tolist(), groups.tolist())
     else:
         around = stats.t.ppf(0.975, len(values) - 1) * stats.sem(values)
+    low, high = share_interval(right.mean() * telling, telling)
     assert (share.low, share.high) == pytest.approx((low, high))
     assert (mean.low, mean.high) == pytest.approx((values.mean() - around, values.mean() + around))
-    told = difference_figure(values, values[::-1], groups)
-    assert told.to_dict() == mean_figure(values - values[::-1], groups).to_dict()
+    other = right[::-1]
+    told = difference_figure(right, other, groups)
+    plain = mean_figure(right.astype(float) - other, groups)
+    least, most = difference_interval(int((right & ~other).sum()), int((other & ~right).sum()), len(right))
+    assert (told.value, told.over, told.n, told.n_groups) == (plain.value, plain.over, plain.n, plain.n_groups)
+    assert (told.low, told.high) == pytest.approx((min(plain.low or 0.0, least), max(plain.high or 0.0, most)))
     assert mean_figure(values).n_groups == share_figure(right).n_groups == 0
     for figure in (mean, share, told):
         assert figure.low is not None

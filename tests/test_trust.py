@@ -14,6 +14,7 @@ from varishold.trust import (
     Calibration,
     calibrate,
     conformal_p_value,
+    difference_interval,
     group_folds,
     known_share,
     share_interval,
@@ -154,3 +155,37 @@ def test_a_stranger_is_the_likelier_the_odder_and_the_commoner_it_is() -> None:
         assert all(a < b for a, b in zip(told, [strange_share(p, 0.7) for p in (0.001, 0.01, 0.1, 1.0)], strict=True))
     # Where nobody else can come nothing is strange, however odd.
     assert strange_share(1e-9, 0.0) == 0.0
+
+
+@given(st.integers(0, 40), st.integers(0, 40), st.integers(1, 60))
+def test_an_interval_of_a_difference_is_what_mcnemars_test_does_not_reject(a: int, b: int, both: int) -> None:
+    total = a + b + both
+    low, high = difference_interval(a, b, total)
+    assert -1 <= low <= (a - b) / total <= high <= 1
+    assert (low, high) == pytest.approx(tuple(-end for end in reversed(difference_interval(b, a, total))))
+    rejected = (a - b) ** 2 > 1.959963984540054**2 * (a + b)
+    assert rejected == (low > 1e-12 or high < -1e-12)
+
+
+@pytest.mark.parametrize(("a", "b", "total"), [(9, 2, 44), (4, 0, 60), (0, 3, 20), (12, 12, 24)])
+def test_ends_of_a_difference_are_those_of_the_score_test(a: int, b: int, total: int) -> None:
+    def score(difference: float) -> float:
+        # The likeliest shares of things of which only one is true, under this difference, found by trying them all.
+        low, high = max(0.0, -difference), (1 - difference) / 2
+        only_other = np.linspace(low, high, 200_001)[1:-1]
+        only_one = only_other + difference
+        likely = a * np.log(only_one) + b * np.log(only_other)
+        likely += (total - a - b) * np.log(np.maximum(1 - only_one - only_other, 1e-300))
+        k = int(np.argmax(likely))
+        variance = total * (only_one[k] + only_other[k] - difference**2)
+        return float((a - b - total * difference) / np.sqrt(variance))
+
+    low, high = difference_interval(a, b, total)
+    for end, want in ((low, 1.96), (high, -1.96)):
+        assert abs(end) < 1
+        assert score(end) == pytest.approx(want, abs=2e-3)
+
+
+def test_an_interval_of_no_difference_is_as_wide_as_wilsons_of_nothing() -> None:
+    assert difference_interval(0, 0, 0) == (-1.0, 1.0)
+    assert difference_interval(0, 0, 40)[1] == pytest.approx(share_interval(0, 40)[1])

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.evaluation.figures import Figure, mean_figure, share_figure
+from varishold.evaluation.figures import Figure, mean_figure, overstated_figure, share_figure
 from varishold.trust import share_interval
 
 __all__ = ["Answers", "Bin", "Scores", "calibration_error", "refusal_curve", "reliability", "score"]
@@ -125,7 +125,7 @@ def score(answers: Answers) -> Scores:
         macro_recall=float((np.diag(confusion)[counts > 0] / counts[counts > 0]).mean()),
         log_loss=mean_figure(-np.log(given), groups),
         calibration_error=calibration_error(top, right),
-        overstated=mean_figure(top - right, groups),
+        overstated=overstated_figure(top, right, groups),
         sure=share_figure(sure, groups),
         sure_right=among(sure),
         refused=share_figure(answers.refused, groups),

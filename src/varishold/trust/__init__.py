@@ -3,7 +3,7 @@
 Folds that keep a session together (`group_folds`), probabilities calibrated on held-out answers (`Calibration`), the
 conformal p-value of "this is like what was learned" (`conformal_p_value`), ranges of what was learned
 (`learn_ranges`), answers that promise nothing outside of it (`widened`), one belief from several sources (`fuse`), and
-how far a counted share may be off (`share_interval`).
+how far a counted share (`share_interval`), or the difference of two (`difference_interval`), may be off.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ __all__ = [
     "calibrate",
     "choose_weights",
     "conformal_p_value",
+    "difference_interval",
     "first_without_name",
     "fuse",
     "group_folds",
@@ -47,7 +48,7 @@ if TYPE_CHECKING:
     )
     from varishold.trust.folds import first_without_name, group_folds, kept_together, same_partition
     from varishold.trust.fusion import SourceWeights, choose_weights, fuse
-    from varishold.trust.interval import share_interval
+    from varishold.trust.interval import difference_interval, share_interval
     from varishold.trust.probability import Calibration, calibrate
     from varishold.trust.ranges import Ranges, held_out_beyond, learn_ranges
 else:
