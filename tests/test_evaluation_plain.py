@@ -17,7 +17,16 @@ from varishold.evaluation import leaks as leaks_module
 from varishold.evaluation.features import feature_table, pooled_frames
 from varishold.evaluation.figures import difference_figure, mean_figure, share_figure
 from varishold.evaluation.held_out import Felt
-from varishold.evaluation.leaks import Leak, find_leaks, interleaved, one_block_each, still_columns, untouched_taxels
+from varishold.evaluation.leaks import (
+    Leak,
+    duplicated,
+    find_leaks,
+    interleaved,
+    one_block_each,
+    sharing_frames,
+    still_columns,
+    untouched_taxels,
+)
 from varishold.evaluation.splits import Split, split_presses, usable_groups
 from varishold.touch.course.presses import Press
 from varishold.trust import difference_interval, share_interval
@@ -315,3 +324,58 @@ def test_each_kind_of_leak_is_looked_for_once_and_where_it_may_be(monkeypatch: p
     more = Felt([*presses[:6], *presses[:2]], codes, np.array(["x", "y"]), groups)
     (leak,) = find_leaks(more, split, np.zeros(8), seed=0)
     assert leak.says.startswith("2 presses are there more than once")
+
+
+# ---- presses that share frames
+
+
+def drawn_presses(seed: int, n: int = 12, *, steps: float = 0.0) -> list[Floats]:
+    """Return presses of one thing in one place: a ramp, a hold, noise, whole steps where a sensor has these."""
+    rng = np.random.default_rng((7, seed))
+    y, x = np.indices((5, 6))
+    form = np.maximum(1 - ((y - 2) ** 2 + (x - 3) ** 2) / 5, 0)
+    course = np.concatenate([np.zeros(3), np.linspace(0, 1, 8), np.ones(7)])
+    drawn = [rng.uniform(0.8, 1.2) * course[:, None, None] * form + rng.normal(0, 0.01, (18, 5, 6)) for _ in range(n)]
+    return [np.rint(frames / steps) for frames in drawn] if steps else drawn
+
+
+@pytest.mark.parametrize("steps", [0.0, 0.01, 0.03, 0.1, 0.5])
+@pytest.mark.parametrize("seed", range(3))
+def test_presses_of_one_thing_share_no_frames(seed: int, steps: float) -> None:
+    presses = [a_press(frames) for frames in drawn_presses(seed, steps=steps)]
+    assert not sharing_frames(presses, np.arange(len(presses))).any()
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        lambda frames: frames[2:],
+        lambda frames: frames[:-3],
+        lambda frames: frames.astype(np.float32),
+        lambda frames: frames.round(4),
+        lambda frames: frames + 0.5,
+        lambda frames: frames + np.linspace(0, 1, 30).reshape(5, 6),
+    ],
+)
+def test_copies_share_frames_however_they_are_cut_and_rounded(changed: Any) -> None:
+    drawn = drawn_presses(0)
+    presses = [a_press(frames) for frames in [*drawn, *map(changed, drawn[:4])]]
+    fold = np.repeat([0, 1], [12, 4])
+    assert np.flatnonzero(sharing_frames(presses, fold)).tolist() == [0, 1, 2, 3, 12, 13, 14, 15]
+    leak = duplicated(presses, Split("groups", fold, np.ones(16, bool), np.zeros(16, int)))
+    assert leak is not None
+    assert leak.name == "same presses on both sides"
+    assert leak.says.startswith("8 presses share frames with others on the other side of the split")
+    # On one side they do no harm.
+    assert not sharing_frames(presses, np.zeros(16, int)).any()
+
+
+def test_windows_that_overlap_share_frames() -> None:
+    windows = [a_press(frames[k : k + 14]) for frames in drawn_presses(1) for k in (0, 2, 4)]
+    assert sharing_frames(windows, np.arange(len(windows)) % 3).all()
+    assert not sharing_frames(windows, np.arange(len(windows)) // 3).any()
+
+
+def test_presses_of_one_frame_or_of_nothing_share_none() -> None:
+    still = [a_press(np.zeros((6, 5, 6))), a_press(np.zeros((6, 5, 6))), a_press(np.ones((1, 5, 6)))]
+    assert not sharing_frames(still, np.arange(3)).any()

@@ -18,7 +18,16 @@ from varishold.evaluation.splits import Split
 from varishold.touch.course.measures import learn_settings
 from varishold.touch.course.presses import Press, first_of_same, values_of
 
-__all__ = ["Leak", "duplicated", "find_leaks", "interleaved", "one_block_each", "still_columns", "untouched_taxels"]
+__all__ = [
+    "Leak",
+    "duplicated",
+    "find_leaks",
+    "interleaved",
+    "one_block_each",
+    "sharing_frames",
+    "still_columns",
+    "untouched_taxels",
+]
 
 Floats = NDArray[np.float64]
 
@@ -33,6 +42,12 @@ _ANGLE = "angle_rad."
 # What should tell nothing tells something where chance would do as well so rarely, and by so much more than chance.
 _RARE, _MORE = 0.001, 0.05
 _TREES = 100
+# Of each press so many changes from frame to frame are compared, each of at least so many taxels by so many different
+# amounts: where all change by one step, presses change alike by chance.
+_STEEPEST, _FEWEST_CHANGED, _FEWEST_STEPS = 4, 4, 4
+# Presses share frames where so many changes are the same, to so small a share of their size. Each is compared with so
+# many others of about its size at most.
+_FEWEST_ALIKE, _SAME_CHANGE, _MOST_COMPARED = 2, 1e-3, 50
 
 
 @dataclass(frozen=True)
@@ -127,16 +142,64 @@ def one_block_each(codes: NDArray[Any], runs: NDArray[Any]) -> Leak | None:
 
 
 def duplicated(presses: Sequence[Press], split: Split) -> Leak | None:
-    """Tell whether identical presses stand on both sides of the split."""
+    """Tell whether identical presses, or presses that share frames, stand on both sides of the split."""
     first = first_of_same(presses)
     copies = sum(len(np.unique(split.fold[first == k])) > 1 for k in np.unique(first))
-    if not copies:
+    if copies:
+        held = counted(copies, "press is", "presses are")
+        return Leak(
+            "same presses on both sides",
+            f"{held} there more than once, with identical frames, on both sides of the split; leave the copies out",
+        )
+    shared = int(sharing_frames(presses, split.fold).sum())
+    if not shared:
         return None
-    held = counted(copies, "press is", "presses are")
     return Leak(
         "same presses on both sides",
-        f"{held} there more than once, with identical frames, on both sides of the split; leave the copies out",
+        f"{shared} presses share frames with others on the other side of the split: they are copies, cut or rounded "
+        "otherwise, or windows that overlap; keep what is of one press in one group, or leave the copies out",
     )
+
+
+def sharing_frames(presses: Sequence[Press], fold: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Tell which presses hold some of the very frames of a press of another fold, shape (n_presses,).
+
+    They are known by how readings change from frame to frame where they change most: that stays as it is wherever a
+    press is cut and whatever rest is taken off, and noise makes it another for every press. One change alone may be the
+    same by chance where a sensor has few steps.
+
+    Parameters
+    ----------
+    presses : sequence of Press
+    fold : ndarray of shape (n_presses,), int
+    """
+    steps = [(k, change) for k, press in enumerate(presses) for change in _steepest_changes(press)]
+    sizes = np.array([float(np.linalg.norm(change)) for _, change in steps])
+    order = np.argsort(sizes, kind="stable").tolist()
+    alike: dict[tuple[int, int], int] = {}
+    for at, one in enumerate(order):
+        for other in order[at + 1 : at + 1 + _MOST_COMPARED]:
+            if sizes[other] > sizes[one] * (1 + _SAME_CHANGE):
+                break
+            (mine, change), (theirs, its) = steps[one], steps[other]
+            if fold[mine] == fold[theirs] or change.shape != its.shape:
+                continue
+            if float(np.linalg.norm(change - its)) <= _SAME_CHANGE * sizes[one]:
+                pair = min(mine, theirs), max(mine, theirs)
+                alike[pair] = alike.get(pair, 0) + 1
+    found = np.zeros(len(presses), np.bool_)
+    for pair, n_alike in alike.items():
+        found[list(pair)] |= n_alike >= _FEWEST_ALIKE
+    return found
+
+
+def _steepest_changes(press: Press) -> list[Floats]:
+    """Return the few largest changes of all taxels from one frame to the next, but those of few taxels or few steps."""
+    frames = np.concatenate([press.pads[name].reshape(len(of), -1) for name, of in sorted(press.pads.items())], axis=1)
+    changes = np.diff(frames, axis=0)
+    steepest = np.argsort(-(changes * changes).sum(axis=1), kind="stable")[:_STEEPEST]
+    telling = [changes[k] for k in np.sort(steepest) if np.count_nonzero(changes[k]) >= _FEWEST_CHANGED]
+    return [change for change in telling if len(np.unique(np.abs(change[change != 0]))) >= _FEWEST_STEPS]
 
 
 def untouched_taxels(pooled: Floats, limit: float) -> NDArray[np.bool_]:
