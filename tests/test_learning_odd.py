@@ -173,6 +173,38 @@ def test_a_label_for_each_frame_is_no_label_for_each_press() -> None:
         labelled_presses([recording(X, of_frames)], label="thing")
 
 
+@pytest.mark.parametrize("factor", [1e3, 20.0, 1e-3, 0.0])
+@pytest.mark.parametrize("pads", [1, 2])
+def test_a_press_of_another_clock_is_refused_however_many_measures_its_form_has(factor: float, pads: int) -> None:
+    # On a mat of 16 x 16 taxels six times stand beside more than two hundred measures of forms.
+    rng = np.random.default_rng(pads)
+    y, x = np.indices((16, 16)) - 7.5
+    forms = {"spot": np.exp(-(x * x + y * y) / 6), "bar": np.exp(-y * y / 3 - x * x / 60)}
+    pressed, labels = [], np.tile(list(forms), 14)
+    for label in labels:
+        n = int(rng.integers(9, 12)) if label == "spot" else int(rng.integers(6, 9))
+        ramp = np.concatenate([np.zeros(2), np.linspace(0, 1, n), np.ones(3)])[:, None, None]
+        frames = 100 * rng.uniform(0.8, 1.2) * ramp * forms[label]
+        noisy = frames[:, None] + rng.normal(0, 1, (n + 5, pads, 16, 16))
+        pressed.append((noisy, np.arange(n + 5) / 50))
+    model = TactileClassifier().fit(pressed[:20], labels[:20])
+    asked = pressed[20:]
+    assert not model.refused(asked).any()
+    other = [(frames, factor * time) for frames, time in asked]
+    probabilities, p_values = model.judge(other)
+    assert (p_values <= model.error).all()
+    assert (probabilities <= 0.9).all()
+    assert all(found.outside[0] == "time" for found in model.explain(other))
+
+
+def test_presses_as_unlike_in_time_as_those_learned_are_of_no_other_clock() -> None:
+    X, y = presses(3, each=12)
+    rng = np.random.default_rng(0)
+    paced = [(frames, time * np.exp(rng.normal(0, 2))) for frames, time in X]
+    model = TactileClassifier().fit(paced, y)
+    assert not model.refused([(frames, 12.0 * time) for frames, time in X]).any()
+
+
 def test_a_recording_of_another_clock_is_told_beside_its_answers(
     timed: TactileClassifier, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

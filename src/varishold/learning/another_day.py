@@ -47,6 +47,8 @@ class Judged:
         Standardized measures of each source, and those of forms alone; empty where these are not asked.
     silent : ndarray of shape (n,), bool, optional
         Which bear next to nothing beside any that was learned, so that touch tells nothing of them.
+    untimely : ndarray of shape (n,), bool, optional
+        Which have times of another clock than those that were learned.
     """
 
     probabilities: Floats
@@ -55,6 +57,7 @@ class Judged:
     scaled: Mapping[str, Floats]
     forms: Mapping[str, Floats] = field(default_factory=dict)
     silent: NDArray[np.bool_] | None = None
+    untimely: NDArray[np.bool_] | None = None
 
 
 def judge(learned: Learned, measures: Mapping[str, Floats], forms: Mapping[str, Floats], error: float) -> Judged:

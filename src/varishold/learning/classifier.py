@@ -26,6 +26,7 @@ from varishold.touch.course.measures import (
     least_load,
     measure_names,
     measure_presses,
+    of_another_clock,
     of_forms,
 )
 from varishold.touch.course.presses import Press, first_of_same, values_of
@@ -42,6 +43,8 @@ _SURE = 0.9
 # Fewer presses than these, of all things together, are too few to be sure by: even where all were named rightly when
 # they were held out, one answer in twenty may be wrong.
 _FEWEST_SURE = 19
+# What the times of a press are called among its measures.
+_TIME = "time"
 
 _BY_FORMS = (
     "what is refused is judged by forms alone, for where and how hard things are felt may change until another day; "
@@ -324,10 +327,21 @@ class TactileClassifier(PressClassifier):
         said = judge(self.learned_, measures, self._forms_asked(measures), self.error)
         if silent.any():
             said = self._silenced(said, measures, silent)
+        touch = self.learned_.sources[TOUCH].scaling
+        untimely = of_another_clock(measures[TOUCH], touch.shift, touch.scale, self.learned_.drift.get(TOUCH, 0.0))
+        if untimely.any():
+            # Among hundreds of measures of forms a few times hardly count, and may all the same decide between things.
+            p_values = np.where(untimely, self._least_p_value, said.p_values)
+            said = replace(said, p_values=p_values, untimely=untimely)
         return said.probabilities, said.p_values, said
 
     def _usual(self, p_values: Floats) -> Floats:
         return np.minimum(p_values, self.error) if self.n_presses_ < _FEWEST_SURE else p_values
+
+    @property
+    def _least_p_value(self) -> float:
+        """That of a press that is stranger than all that is known."""
+        return 1.0 / (1 + len((self.learned_.forms or self.learned_).known))
 
     def _silenced(self, said: Judged, measures: dict[str, Floats], silent: NDArray[np.bool_]) -> Judged:
         """Return what is said where touch tells nothing of some presses: they are stranger than all that is known."""
@@ -335,7 +349,7 @@ class TactileClassifier(PressClassifier):
         heard[TOUCH] = np.full_like(heard[TOUCH], np.nan)
         probabilities, p_values = said.probabilities.copy(), said.p_values.copy()
         probabilities[silent] = judge(self.learned_, heard, self._forms_asked(heard), self.error).probabilities
-        p_values[silent] = 1.0 / (1 + len((self.learned_.forms or self.learned_).known))
+        p_values[silent] = self._least_p_value
         return replace(said, probabilities=probabilities, p_values=p_values, silent=silent)
 
     def _reasons(self, said: Judged, k: int, first: int, second: int) -> tuple[list[tuple[str, float]], int]:
@@ -355,7 +369,10 @@ class TactileClassifier(PressClassifier):
         if learned.forms is not None:
             learned, measures, settings = learned.forms, said.forms, of_forms(settings)
         scaled = {name: of[k : k + 1] for name, of in measures.items()}
-        return outside_measures(learned, scaled, self._names(settings), MOST_MEASURES)
+        found = outside_measures(learned, scaled, self._names(settings), MOST_MEASURES)
+        if said.untimely is not None and said.untimely[k]:
+            found = (_TIME, *(kind for kind in found if kind != _TIME))[:MOST_MEASURES]
+        return found
 
     def _unlike(self, said: Judged, k: int) -> bool:
         return bool(said.unlike[k])

@@ -30,6 +30,7 @@ __all__ = [
     "least_load",
     "measure_names",
     "measure_presses",
+    "of_another_clock",
     "of_forms",
 ]
 
@@ -52,6 +53,9 @@ _PLACES = ("x_at", "y_at", "moved", "rows", "columns")
 _TOUCHED = 0.02
 # What bears less than this share of the least load that was learned bears next to nothing.
 _NOTHING = 0.1
+# What takes so many times as long as is usual, or so much less, and is so many standard deviations off, is of another
+# clock, or no such press.
+_OTHER_CLOCK, _OTHER_SIGMAS = 10.0, 4.0
 _SHAPE = ("area", "perimeter", "spread_x", "spread_y", "covariance", "length", "breadth")
 _PLACE = ("x", "y")
 # Numbers of a pad's shapes and places, and of all of a pad but its image and the detail of its course.
@@ -133,6 +137,26 @@ def bear_nothing(presses: Sequence[Press], settings: MeasureSettings) -> NDArray
     least = _NOTHING * settings.least_load
     whole = settings.shapes.keys()
     return np.array([press.pads.keys() >= whole and _largest_load(press, settings.floor) < least for press in presses])
+
+
+def of_another_clock(measures: Floats, shift: Floats, scale: Floats, drift: Floats | float = 0.0) -> NDArray[np.bool_]:
+    """Tell which presses take ten times as long to their largest load as those learned usually did, or a tenth.
+
+    Shape (n_presses,). None is where presses that were learned took such times too, and so scatter as far.
+
+    Parameters
+    ----------
+    measures : ndarray of shape (n_presses, n_measures), float64
+        As `measure_presses` gives them.
+    shift, scale : ndarray of shape (n_measures,), float64
+        The mean of what was learned, and one over its standard deviation; 0 where that is 0.
+    drift : ndarray of shape (n_measures,), float64, optional
+        By how many standard deviations measures are known to have shifted since.
+    """
+    whole = len(LOADS) - 2
+    spread = 1.0 / scale[whole] if scale[whole] > 0 else 0.0
+    by = measures[:, whole] - shift[whole] - spread * np.broadcast_to(drift, shift.shape)[whole]
+    return np.asarray(np.abs(by) > max(math.log(_OTHER_CLOCK), _OTHER_SIGMAS * spread))
 
 
 def _largest_load(press: Press, floor: float) -> float:
