@@ -33,7 +33,7 @@ LOG_SIZES: Floats = np.linspace(np.log(0.02), np.log(0.25), 101)
 #: that feel much like something known are told by many touches, and what is felt so often is mostly what seemed strange
 #: before. A known object falls below the first in fewer than one look of a hundred, and in about one sequence of fifty.
 #: Chosen on known things and on things that are nearly such.
-REFUSED_AT = (0.008, 0.012)
+REFUSED_AT = (0.007, 0.012)
 
 # From so many touches on the second of them counts.
 _LATE = 4
