@@ -321,10 +321,10 @@ def test_numbers_beyond_all_examples_are_remarked_and_odd_p_values_are_atypical(
     assert far.remarks == ("t: a lies beyond all that the library's examples have shown",)
     assert far.atypical
     assert max(far.believed.values()) <= 0.9
-    # With 200 examples it is atypical at .008, with 20 only beyond all of them.
+    # With 200 examples it is atypical at .007, with 20 only beyond all of them.
     for a in np.linspace(-5, 6, 120):
         belief = Belief.before(of).after(Evidence("t", {"a": a}))
-        assert belief.atypical == (belief.p_value <= 0.008)
+        assert belief.atypical == (belief.p_value <= 0.007)
         few = Library.from_examples({n: r[:20] for n, r in rows.items()})
         one = Belief.before(few).after(Evidence("t", {"a": a}))
         assert one.atypical == (one.p_value <= 1 / 21)
