@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -312,6 +313,16 @@ def test_another_day_changes_gains_load_and_place_as_far_as_it_is_told_to() -> N
     assert np.mean(loads) == pytest.approx(0.9, abs=0.05)
     assert one.time_s is press.time_s
     assert one.place == press.place
+    # As fast again or as slow, up to that, evenly in logarithm; whoever has no times keeps none.
+    assert press.time_s is not None
+    paced = [drifted(press, 0.2, (3, k), pace=1.5).time_s for k in range(200)]
+    slower = [np.unique(np.round(time_s[1:] / press.time_s[1:], 9)) for time_s in paced if time_s is not None]
+    assert all(of.size == 1 for of in slower)
+    logs = np.log(np.concatenate(slower)) / np.log(1.5)
+    assert (logs.min(), logs.max()) == pytest.approx((-1, 1), abs=0.05)
+    assert np.mean(logs) == pytest.approx(0, abs=0.1)
+    assert drifted(replace(press, time_s=None), 0.2, (3,), pace=1.5).time_s is None
+    np.testing.assert_array_equal(drifted(press, 0.2, (3, 4), pace=1.5).pads["pad_0"], one.pads["pad_0"])
 
 
 def test_another_day_may_lie_some_taxels_elsewhere_where_a_pad_has_no_gaps() -> None:

@@ -223,7 +223,9 @@ def flat_presses(X: Floats, shape: tuple[int, ...] | None = None) -> list[Press]
     ]
 
 
-def drifted(press: Press, drift: float, seed: tuple[int, ...], *, elsewhere: int = 0, lighter: float = 0.0) -> Press:
+def drifted(
+    press: Press, drift: float, seed: tuple[int, ...], *, elsewhere: int = 0, lighter: float = 0.0, pace: float = 1.0
+) -> Press:
     """Return a press as it might be on another day.
 
     Parameters
@@ -236,6 +238,8 @@ def drifted(press: Press, drift: float, seed: tuple[int, ...], *, elsewhere: int
         By up to so many taxels everything may lie elsewhere, where a pad has no gaps: by less than half its side.
     lighter : float
         By up to so much less, or half as much more, it may be pressed.
+    pace : float
+        Up to so many times as fast, or as slowly, it may be pressed.
     """
     rng = np.random.default_rng(seed)
     away = rng.integers(-elsewhere, elsewhere + 1, 2)
@@ -246,7 +250,9 @@ def drifted(press: Press, drift: float, seed: tuple[int, ...], *, elsewhere: int
         most = (np.array(changed.shape[1:]) - 1) // 2
         rows, cols = np.clip(away, -most, most)
         pads[name] = _shifted(changed, int(rows), int(cols)) if press.fields[name].all() else changed
-    return replace(press, pads=pads)
+    slower = pace ** rng.uniform(-1.0, 1.0)
+    time_s = press.time_s if press.time_s is None or pace == 1.0 else press.time_s * slower
+    return replace(press, pads=pads, time_s=time_s)
 
 
 def _shifted(frames: Floats, rows: int, cols: int) -> Floats:
