@@ -252,7 +252,7 @@ def test_a_file_of_the_first_version_is_read(tmp_path: Path) -> None:
         model = fit_model(table, label="what", encode=encode)
         write_model(model, path)
         document = json.loads(path.read_text())
-        for key in ("groups", "beyond"):
+        for key in ("groups", "beyond", "checksum"):
             del document[key]
         if encode:
             del document["encoder"]["ranges"]

@@ -271,7 +271,7 @@ def test_one_object_more_is_of_no_pose() -> None:
     ("poses", "message"),
     [
         ({"tin": ["lying"]}, "poses are given of 'tin', which has no examples; known are can"),
-        ({"can": ["lying"]}, "'can' has 2 examples, but 1 poses; give one each"),
+        ({"can": ["lying"]}, "'can' has 2 examples, but 1 pose; give one each"),
         ({"can": "ab"}, "poses of 'can' must be words, one an example"),
         ({"can": ["lying", " "]}, "poses of 'can' must be words, one an example"),
     ],

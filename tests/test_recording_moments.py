@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from varishold._counted import counted
 from varishold.errors import InputError
 from varishold.recording import Pad, Recording, blocks, read, write
 from varishold.recording.inspection import summarize
@@ -113,7 +114,9 @@ def test_each_frame_shows_the_newest_reading_of_every_pad(drawn: list[list[int]]
         expected
     )
     left_out = len(times[leading]) - len(expected)
-    assert any(f"{left_out} frames are left out" in remark for remark in remarks) == (left_out > 0)
+    assert any(f"{counted(left_out, 'frame is', 'frames are')} left out" in remark for remark in remarks) == (
+        left_out > 0
+    )
     others = [name for name in times if len(times[name]) != len(times[leading])]
     assert sum("each frame shows its newest reading" in remark for remark in remarks) == len(others)
 

@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.reading_svg import area_of, box_of, drawn, legible, of_class, paths_of, picture_of, said
 
+from varishold._counted import counted
 from varishold.calibration.result import Calibration, Curve, Finding
 from varishold.perceive import NONE_OF_THESE, GripContacts, fit_section
 from varishold.perceive.perceiver import BeliefUpdate, Perception
@@ -108,7 +109,8 @@ def test_every_belief_stands_at_its_height_over_its_touch(rows, narrow):
     assert painted == ["rest"] * (len(names) - len(shown)) + [f"k{k}" for k in reversed(range(len(shown)))]
     label = root.get("aria-label")
     assert label.startswith(
-        f"Probability of each object over {n} touches; at the end {in_words(shown[0])} {percent(beliefs[-1][shown[0]])}"
+        f"Probability of each object over {counted(n, 'touch')}; at the end {in_words(shown[0])} "
+        f"{percent(beliefs[-1][shown[0]])}"
     )
     # Labels lie as near to their lines as the room that each needs lets them.
     ends = [
