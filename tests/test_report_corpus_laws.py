@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from tests.reading_svg import box_of, drawn, paths_of
 
+from varishold._counted import counted
 from varishold.corpus.summary import Doubtful, FileHealth, NameCount, Sizes, Summary
 from varishold.report import render_corpus_report
 from varishold.report.quantities import length, number, percent
@@ -184,7 +185,7 @@ def test_a_dozen_failures_are_told_one_by_one(n: int) -> None:
     assert told[:12] == [f"Not in the table: {k} is torn." for k in range(min(n, 12))]
     assert len(told) == min(n, 13)
     if n > 12:
-        assert told[12].startswith(f"{n - 12} more recordings are not in the table")
+        assert told[12].startswith(f"{counted(n - 12, 'more recording is', 'more recordings are')} not in the table")
 
 
 @pytest.mark.parametrize("n", [399, 400, 401])

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
+from varishold._counted import counted
 from varishold.corpus.summary import Doubtful, FileHealth, NameCount, Sizes, Summary
 from varishold.report.page import render_page, write_page
 from varishold.report.quantities import length, number, percent
@@ -130,7 +131,10 @@ def _warnings(summary: Summary, answered: Sequence[FileHealth]) -> tuple[str, ..
     failed = [file for file in summary.files if file.failure]
     said = [f"not in the table: {file.failure}" for file in failed[:_MOST_FAILURES]]
     if len(failed) > _MOST_FAILURES:
-        said.append(f"{len(failed) - _MOST_FAILURES} more recordings are not in the table; the command named them")
+        said.append(
+            f"{counted(len(failed) - _MOST_FAILURES, 'more recording is', 'more recordings are')} not in the table; "
+            "the command named them"
+        )
     n_doubtful, n_contacts = sum(file.n_doubtful for file in answered), sum(file.n_contacts for file in answered)
     if n_doubtful:
         said.append(
