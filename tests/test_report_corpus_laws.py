@@ -193,7 +193,7 @@ def test_files_are_listed_up_to_four_hundred(n: int) -> None:
     rng = np.random.default_rng(0)
     page = a_page(Summary((), (), tuple(a_file(k, rng) for k in range(n))))
     assert len(table(page, "Health by file")) == min(n, 400)
-    assert re.findall(r"(\d+) more recordings are not listed", page) == (["1"] if n > 400 else [])
+    assert re.findall(r"(\d+) more recording is not listed", page) == (["1"] if n > 400 else [])
 
 
 @pytest.mark.parametrize("pads", [("left",), ("left", "right")])
