@@ -17,7 +17,8 @@ __all__ = ["COPIES", "Training", "copies_of", "copies_told", "deal_presses"]
 
 #: Copies of every press that have drifted, each in its own way.
 COPIES = 5
-# What is learned without place or load lies up to so many taxels elsewhere there, and is pressed so much less.
+# What is learned without place or load lies up to so many taxels elsewhere there, and is pressed so much less, and up to
+# so many times as fast or as slowly: how fast a hand closes belongs to how hard it grips.
 _ELSEWHERE, _LIGHTER, _PACE = 2, 0.4, 1.5
 
 
@@ -65,7 +66,7 @@ class Training:
         return np.asarray(of_copies != (self.sessions or self.n_copies == 0))
 
     def copies(self, drift: float, *, elsewhere: bool, lighter: bool) -> list[Press]:
-        """Return the copies: gains and pace have changed, and things may lie elsewhere or be pressed less."""
+        """Return the copies: gains have drifted, and things may lie elsewhere, or be pressed less and at another pace."""
         return copies_of(self.presses, self.n_copies, drift, elsewhere=elsewhere, lighter=lighter)
 
 
@@ -121,7 +122,7 @@ def copies_of(presses: list[Press], n_copies: int, drift: float, *, elsewhere: b
             (copy, k),
             elsewhere=_ELSEWHERE if elsewhere else 0,
             lighter=_LIGHTER if lighter else 0.0,
-            pace=_PACE,
+            pace=_PACE if lighter else 1.0,
         )
         for copy in range(n_copies)
         for k, press in enumerate(presses)
