@@ -17,8 +17,8 @@ __all__ = ["COPIES", "Training", "copies_of", "copies_told", "deal_presses"]
 
 #: Copies of every press that have drifted, each in its own way.
 COPIES = 5
-# What is learned without place or load lies up to so many taxels elsewhere there, and is pressed so much less, and up to
-# so many times as fast or as slowly: how fast a hand closes belongs to how hard it grips.
+# What is learned without place or load lies up to so many taxels elsewhere there, and is pressed so much less, and up
+# to so many times as fast or as slowly: how fast a hand closes belongs to how hard it grips.
 _ELSEWHERE, _LIGHTER, _PACE = 2, 0.4, 1.5
 
 
@@ -66,7 +66,7 @@ class Training:
         return np.asarray(of_copies != (self.sessions or self.n_copies == 0))
 
     def copies(self, drift: float, *, elsewhere: bool, lighter: bool) -> list[Press]:
-        """Return the copies: gains have drifted, and things may lie elsewhere, or be pressed less and at another pace."""
+        """Return the copies: gains have drifted, and things may lie elsewhere, or be pressed less, at another pace."""
         return copies_of(self.presses, self.n_copies, drift, elsewhere=elsewhere, lighter=lighter)
 
 
