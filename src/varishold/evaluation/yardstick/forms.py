@@ -96,7 +96,8 @@ def _rim(inside: Floats, radius: float) -> Floats:
     gap = np.zeros_like(inside)
     if radius > 0:
         left = np.clip(radius - inside, 0.0, radius)
-        gap = radius - np.sqrt(radius**2 - left**2)
+        # Where both are one number their squares may differ by rounding.
+        gap = radius - np.sqrt(np.maximum(radius**2 - left**2, 0.0))
     return np.where(inside >= 0, gap, np.inf)
 
 
