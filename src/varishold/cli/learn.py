@@ -209,13 +209,8 @@ def recognize(
         learned = learned.adapt(unlabelled)
         if not json:
             some, faint = learned.adapted_to_, len(unlabelled) - learned.adapted_to_
-            which = (
-                f"{some} of these {len(unlabelled)} presses"
-                if faint
-                else f"this {counted(some, 'press')}"
-                if some == 1
-                else f"these {some} presses"
-            )
+            all_of_them = f"{'this' if some == 1 else 'these'} {counted(some, 'press')}"
+            which = f"{some} of these {len(unlabelled)} presses" if faint else all_of_them
             why = f"; {faint} that {'bears' if faint == 1 else 'bear'} next to nothing left out" if faint else ""
             echo(f"note: drift since the model was learned was estimated from {which}{why}")
 

@@ -114,7 +114,7 @@ def add(
         if json:
             print_json(told)
             continue
-        parts = f"{counted(len(thing.parts), 'convex part')}"
+        parts = counted(len(thing.parts), "convex part")
         echo(
             f"{thing.called}: {_millimetres(thing.extents_m)}, {parts}, "
             f"felt {counted(n, 'time') if n == count else f'{n} of {count} times'}"

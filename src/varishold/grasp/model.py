@@ -82,8 +82,7 @@ class GraspModel:
             more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
             raise InputError(
                 f"{table.source}: there is no column {missing[0]!r}{more}; the model reads "
-                f"{counted(len(self.columns), 'column')} "
-                "of these names"
+                f"{counted(len(self.columns), 'column')} of these names"
             )
         return readings_of(_values(table, self.columns, self.encoder, unknown=True), self.encoder)
 

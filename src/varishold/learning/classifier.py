@@ -76,9 +76,8 @@ class TactileClassifier(PressClassifier):
     drift : float, default 0.1
         By what share the taxels' gains may drift until tomorrow. Copies of the presses that have drifted so far, and
         lie elsewhere, and are pressed less and at another pace, where place or load are not learned, are learned too;
-        without sessions
-        probabilities are calibrated on held-out copies, and where place or load are learned, what is known of another
-        day is learned of forms alone. 0 learns no copies.
+        without sessions probabilities are calibrated on held-out copies, and where place or load are learned, what is
+        known of another day is learned of forms alone. 0 learns no copies.
     folds : int, default 5
         Folds of the cross-validation inside the training presses.
 

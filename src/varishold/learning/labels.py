@@ -81,8 +81,7 @@ def _check_a_press_each(recording: Recording, name: str, parameter: str) -> None
     if len(given) == recording.n_frames > n_presses:
         raise InputError(
             f"{recording.source}: press.{name} has an entry for each of {counted(len(given), 'frame')}; "
-            "give one for each of the "
-            f"{counted(n_presses, 'press')}",
+            f"give one for each of the {counted(n_presses, 'press')}",
             parameter=parameter,
         )
 

@@ -24,6 +24,7 @@ from varishold.perceive.library import LOG_SIZES, Library
 from varishold.perceive.likelihood import mean_by_every_kind
 from varishold.perceive.name_evidence import NameEvidence
 from varishold.perceive.number_words import number_in_words
+from varishold.perceive.repeated import Repeated
 from varishold.perceive.seen import Beyond, Look, SeenRange, answers_look, range_look
 from varishold.perceive.touch_model import SIGNIFICANCE, TouchModel
 from varishold.trust import known_share, weighed_p_value, widened
@@ -49,36 +50,6 @@ STRANGERS = 0.1
 
 # How strange a thing looks counts so much less than how strange it feels. Chosen on lumps and household things.
 _WEIGHT_OF_SIGHT = 0.5
-
-
-@dataclass(frozen=True, eq=False)
-class Repeated:
-    """What one touch has said of the particles, however often it was made at an object that stayed in its place.
-
-    It errs each time as it did before, so that all times together are worth one. What knows other numbers, as another
-    sensor does, is a part of the same time.
-
-    Parameters
-    ----------
-    total : ndarray of shape (n,)
-        The sum over all times.
-    times : ndarray of shape (d,), int
-        How often each of the touch's numbers was known.
-
-    :meta private:
-    """
-
-    total: Floats
-    times: NDArray[np.int64]
-
-    @property
-    def log_weight(self) -> Floats:
-        """What it says of each particle."""
-        return self.total / max(1, int(self.times.max(initial=0)))
-
-    def again(self, log_weight: Floats, known: NDArray[np.bool_]) -> Repeated:
-        """Return what is said with another time."""
-        return Repeated(self.total + log_weight, self.times + known)
 
 
 @dataclass(frozen=True, eq=False)
