@@ -84,7 +84,9 @@ def test_strangers_are_refused_or_not_surely_named(fitted: TactileClassifier, to
         assert (fitted.predict_proba(strangers).max(axis=1) > 0.9).mean() <= 0.25
 
 
-def test_what_is_felt_as_on_the_day_that_was_learned_is_named_as_before(fitted: TactileClassifier) -> None:
+def test_what_is_felt_as_on_the_day_that_was_learned_and_whose_form_agrees_is_named_as_before(
+    fitted: TactileClassifier,
+) -> None:
     presses, _ = Day(3).presses(THINGS, 5)
     found = fitted.explain(presses)
     scaled = fitted.learned_.scaled(fitted._measures(presses, fitted.settings_))
@@ -104,6 +106,32 @@ def test_what_is_named_unlike_session_is_sure_only_where_its_form_is_usual(
     probabilities, p_values = fitted.judge(presses)
     unlike = np.array([one.unlike_session for one in fitted.explain(presses)])
     assert (probabilities[unlike & (p_values <= 0.3)] <= 0.9).all()
+
+
+def test_nothing_is_named_more_surely_than_its_form_allows() -> None:
+    # Where and how hard a thing is felt tells what it is, on the day that was learned; gains that differ by half from
+    # press to press leave little of its form.
+    def presses(places: dict[str, tuple[float, float]]) -> list[Press]:
+        found = []
+        for number, thing in enumerate(THINGS * 10):
+            day = Day(number, drift=0.5, load=places[thing][1])
+            day.at = {name: np.array([0.0, places[thing][0]]) for name in SHAPES}
+            found.append(day.press(thing))
+        return found
+
+    places = {"bar": (-1.5, 0.6), "coin": (0.0, 1.0), "ring": (1.5, 1.6)}
+    fitted = TactileClassifier().fit(presses(places), np.tile(THINGS, 10))
+    moved = presses(dict(zip(THINGS, [places["coin"], places["ring"], places["bar"]], strict=True)))
+    measures = fitted._measures(moved, fitted.settings_)
+    forms = fitted.learned_.forms
+    assert forms is not None
+    said = np.exp(fitted.learned_.judge(fitted.learned_.scaled(measures))[0])
+    by_forms = np.exp(forms.judge(forms.scaled(fitted._forms_asked(measures)))[0])
+    agree = said.argmax(axis=1) == by_forms.argmax(axis=1)
+    most = np.where(agree, 0.5 * (1 + by_forms.max(axis=1)), 0.9)
+    alike = np.array([not one.unlike_session for one in fitted.explain(moved)])
+    assert (said.max(axis=1) > most)[alike].any()
+    assert (fitted.predict_proba(moved).max(axis=1) <= most + 1e-12).all()
 
 
 @pytest.mark.parametrize(("position", "absolute"), [(True, True), (True, False), (False, True), (False, False)])

@@ -3,8 +3,8 @@
 Within a day a thing lies in the same place of a hand and is pressed as hard, and both help to name it. Tomorrow the
 hand may sit elsewhere and press less: all things are strange then by where and how hard they are felt. So where no
 sessions are known, whether a press is like anything known is judged by forms alone, on copies of held-out presses that
-have drifted, lie elsewhere and are pressed less. What is felt as nothing was that day is named as surely as forms
-agree.
+have drifted, lie elsewhere and are pressed less. And everything is named as surely as forms agree: what lies where
+another thing lay that day, and is pressed as hard, is felt like that one in nothing but its form.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ class Judged:
     ----------
     probabilities : ndarray of shape (n, n_classes), float64
         As if each were of one of the classes. None is above .9 where a press is hardly less strange than what is
-        refused, or is felt as nothing was on the day that was learned and its form is none of the most usual ones
-        either.
+        refused, or its form is asked and names another thing, or is felt as nothing was on the day that was learned
+        and its form is none of the most usual ones either.
     p_values : ndarray of shape (n,), float64
         How rare it is that a press of something known is as strange.
     unlike : ndarray of shape (n,), bool
@@ -69,7 +69,7 @@ def judge(learned: Learned, measures: Mapping[str, Floats], forms: Mapping[str, 
     measures, forms : mapping of str to ndarray of shape (n, n_measures), float64
         Of each source, and those of forms alone, where the model has learned these by themselves.
     error : float
-        What has a p-value of at most this within the day that was learned is named only as surely as forms agree.
+        What has a p-value of at most this within the day that was learned is unlike it.
     """
     scaled = learned.scaled(measures)
     said, strangeness = learned.judge(scaled)
@@ -82,8 +82,7 @@ def judge(learned: Learned, measures: Mapping[str, Floats], forms: Mapping[str, 
     by_forms, strangeness = learned.forms.judge(scaled_forms)
     usual = conformal_p_value(strangeness, learned.forms.known)
     unlike = p_values <= error
-    named = np.where(unlike[:, None], _pooled(np.exp(said), np.exp(by_forms)), np.exp(said))
-    named = _unsure(named, unlike & (usual <= _USUAL), error)
+    named = _unsure(_pooled(np.exp(said), np.exp(by_forms)), unlike & (usual <= _USUAL), error)
     return Judged(named, usual, unlike, scaled, scaled_forms)
 
 
