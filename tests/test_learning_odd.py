@@ -322,3 +322,25 @@ def test_a_class_that_is_added_makes_presses_enough() -> None:
     clf = TactileClassifier(drift=0, folds=2).fit(X, y)
     clf.add("soft", lighter(X[:2], 0.6))
     assert clf.n_presses_ == 20
+
+
+def test_what_was_pressed_seldom_is_hardly_surely_called_what_was_pressed_often() -> None:
+    rng = np.random.default_rng(0)
+    radii, often = {"a": 1.4, "b": 1.7, "c": 1.55, "d": 1.9}, {"a": 40, "b": 40, "c": 3, "d": 3}
+
+    def presses(counts: dict[str, int]) -> tuple[list[np.ndarray], np.ndarray]:
+        found = []
+        for thing, count in counts.items():
+            for _ in range(count):
+                y, x = np.indices((6, 8)) - np.array([2.5, 3.5])[:, None, None] - rng.normal(0, 0.5, 2)[:, None, None]
+                most = np.exp(-((np.hypot(x, y) / radii[thing]) ** 2)) * rng.uniform(80, 120)
+                found.append(np.multiply.outer([0.0, 0.0, 0.3, 0.6, 1.0], most) + rng.normal(0, 5, (5, 6, 8)))
+        return found, np.repeat(list(counts), list(counts.values()))
+
+    fitted = TactileClassifier().fit(*presses(often))
+    new, thing = presses(dict.fromkeys(radii, 40))
+    probabilities = fitted.predict_proba(new)
+    sure, wrong = probabilities.max(axis=1) > 0.9, fitted.predict(new) != thing
+    assert (sure & wrong).mean() <= 0.02
+    # On the mean answers promise what they keep.
+    assert probabilities.max(axis=1).mean() <= 1 - wrong.mean() + 0.05

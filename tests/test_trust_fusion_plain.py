@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from varishold.errors import InputError
+from varishold.trust import calibrate, class_weights
 from varishold.trust.fusion import MIXING, SourceWeights, _Loss, checked_truth, choose_weights, fuse, log_loss
 
 
@@ -183,6 +184,35 @@ def test_chosen_weights_are_the_best_from_a_modest_and_a_bold_start(seed: int) -
     assert own == pytest.approx(min(found), abs=1e-5)
     assert (chosen.weights["none"], chosen.mixing["none"]) == (1.0, 0.01)
     assert list(chosen.weights) == ["good", "bold", "none"]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_counts_twice_is_as_if_it_were_there_twice(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    truth = rng.integers(0, 3, 40)
+    said = {name: np.eye(3)[truth] * by + rng.normal(0, 1, (40, 3)) for name, by in (("good", 2.0), ("poor", 0.5))}
+    often = rng.integers(1, 4, 40)
+    twice = np.repeat(np.arange(40), often)
+    counted = choose_weights(said, truth, counts=often)
+    there = choose_weights({name: of[twice] for name, of in said.items()}, truth[twice])
+    assert counted.weights == pytest.approx(there.weights, rel=1e-3)
+    assert counted.mixing == pytest.approx(there.mixing, abs=1e-3)
+    assert calibrate(said["good"], truth, often.astype(float)) == calibrate(said["good"][twice], truth[twice])
+
+
+@pytest.mark.parametrize("counts", [[1.0, 2.0], [1.0, 0.0, 1.0], [1.0, np.nan, 1.0], [[1.0, 1.0, 1.0]]])
+def test_counts_are_one_positive_number_a_grasp(counts: object) -> None:
+    with pytest.raises(InputError, match=r"counts must be one number above 0 a grasp, shape \(3,\)"):
+        choose_weights({"a": np.zeros((3, 2))}, [0, 1, 0], counts=counts)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_every_class_weighs_alike(seed: int) -> None:
+    truth = np.random.default_rng(seed).choice([0, 1, 3], 50, p=[0.8, 0.15, 0.05])
+    weight = class_weights(truth)
+    assert weight.mean() == pytest.approx(1.0)
+    sums = [weight[truth == k].sum() for k in np.unique(truth)]
+    assert sums == pytest.approx([50 / len(sums)] * len(sums))
 
 
 def test_chosen_weights_have_their_bounds() -> None:

@@ -23,7 +23,7 @@ from varishold.learning.discriminant import (
     landmark_rows,
     learn_scaling,
 )
-from varishold.trust import SourceWeights, calibrate, choose_weights, fuse
+from varishold.trust import SourceWeights, calibrate, choose_weights, class_weights, fuse
 
 __all__ = ["FORMS_SHARE", "Learned", "Source", "View", "learn", "view_name", "with_class"]
 
@@ -161,6 +161,8 @@ def learn(
 ) -> tuple[Learned, NDArray[np.intp]]:
     """Learn from measures, every setting chosen and every probability calibrated on held-out folds.
 
+    Every class counts alike there, however often it was pressed.
+
     Parameters
     ----------
     measures : mapping of str to ndarray of shape (n, n_measures), float64
@@ -184,6 +186,7 @@ def learn(
         Which presses are landmarks.
     """
     truth = codes[asked]
+    counts = class_weights(truth)
     rows = landmark_rows(codes, _most_measures(measures), share)
     said, strange, sources = dict[str, Floats](), list[list[Floats]](), dict[str, Source]()
     for name, values in measures.items():
@@ -193,7 +196,7 @@ def learn(
         strange.append([])
         for power in _POWERS:
             setting, (scores, strangeness) = _chosen(values, codes, n_classes, fold, asked, power, share, tick)
-            temperature = calibrate(scores, truth).temperature
+            temperature = calibrate(scores, truth, counts).temperature
             typical = np.maximum(np.quantile(strangeness, _TYPICAL, axis=0), 1e-12)
             # A fold that did not know the class says nothing about it.
             unknown = np.isneginf(scores[np.arange(len(truth)), truth])[:, None]
@@ -202,8 +205,8 @@ def learn(
             apart = distances(scaled, scaled[rows], power)
             views.append(View(_solved(apart, rows, codes, n_classes, power, setting), temperature, typical))
         sources[name] = Source(scaling, scaled[rows], tuple(views))
-    trust = choose_weights(said, truth)
-    loss = float(-fuse(said, trust)[np.arange(len(truth)), truth].mean())
+    trust = choose_weights(said, truth, counts=counts)
+    loss = float(-fuse(said, trust)[np.arange(len(truth)), truth] @ counts) / len(truth)
     return Learned(sources, trust, _strangeness(strange), loss, codes[rows]), rows
 
 
@@ -321,8 +324,9 @@ def _chosen(
 
 def _log_loss(scores: Floats, codes: NDArray[np.intp]) -> float:
     """Return the log loss of held-out scores, as well as they can be calibrated."""
-    of = calibrate(scores, codes).probabilities(scores)[np.arange(len(codes)), codes]
-    return float(-np.log(of).mean())
+    counts = class_weights(codes)
+    of = calibrate(scores, codes, counts).probabilities(scores)[np.arange(len(codes)), codes]
+    return float(-np.log(of) @ counts) / len(codes)
 
 
 def _strangeness(strange: Sequence[Sequence[Floats]]) -> Floats:

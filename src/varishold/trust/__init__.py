@@ -1,6 +1,7 @@
 """Trust: how far an answer may be believed, measured on what was not learned from.
 
-Folds that keep a session together (`group_folds`), probabilities calibrated on held-out answers (`Calibration`), the
+Folds that keep a session together (`group_folds`), probabilities calibrated on held-out answers (`Calibration`), in
+which every class counts alike (`class_weights`), the
 conformal p-value of "this is like what was learned" (`conformal_p_value`), ranges of what was learned
 (`learn_ranges`), answers that promise nothing outside of it (`widened`), one belief from several sources (`fuse`), and
 how far a counted share (`share_interval`), or the difference of two (`difference_interval`), may be off.
@@ -18,6 +19,7 @@ __all__ = [
     "SourceWeights",
     "calibrate",
     "choose_weights",
+    "class_weights",
     "conformal_p_value",
     "difference_interval",
     "first_without_name",
@@ -49,7 +51,7 @@ if TYPE_CHECKING:
     from varishold.trust.folds import first_without_name, group_folds, kept_together, same_partition
     from varishold.trust.fusion import SourceWeights, choose_weights, fuse
     from varishold.trust.interval import difference_interval, share_interval
-    from varishold.trust.probability import Calibration, calibrate
+    from varishold.trust.probability import Calibration, calibrate, class_weights
     from varishold.trust.ranges import Ranges, held_out_beyond, learn_ranges
 else:
     __getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -134,7 +134,11 @@ def fuse(
 
 
 def choose_weights(
-    log_probabilities: Mapping[str, ArrayLike | None], truth: ArrayLike, *, log_prior: ArrayLike | None = None
+    log_probabilities: Mapping[str, ArrayLike | None],
+    truth: ArrayLike,
+    *,
+    log_prior: ArrayLike | None = None,
+    counts: ArrayLike | None = None,
 ) -> SourceWeights:
     """Choose how far each source is to be trusted: the weights and mixing weights of least log loss when all are fused.
 
@@ -149,6 +153,8 @@ def choose_weights(
         Number of the object (column) that each grasp is of.
     log_prior : array_like of shape (k,), optional
         As in `fuse`.
+    counts : array_like of shape (n,), optional
+        How much each grasp counts, as `class_weights` gives it; above 0. Default: all alike.
 
     Returns
     -------
@@ -158,7 +164,7 @@ def choose_weights(
     Raises
     ------
     InputError
-        As `fuse`, and if `truth` does not fit.
+        As `fuse`, and if `truth` or `counts` do not fit.
 
     Examples
     --------
@@ -178,7 +184,7 @@ def choose_weights(
     names = [name for name, source in sources.items() if _spoken(source).any()]
     weights, mixing = dict.fromkeys(log_probabilities, 1.0), dict.fromkeys(log_probabilities, MIXING)
     if names:
-        loss = _Loss([sources[name] for name in names], numbers, prior)
+        loss = _Loss([sources[name] for name in names], numbers, prior, counts)
         bounds = [(0.0, _LARGEST_WEIGHT)] * len(names) + [(_LEAST_MIXING, _LARGEST_MIXING)] * len(names)
         found = [
             minimize(loss, np.repeat(start, len(names)), jac=True, method="L-BFGS-B", bounds=bounds)
@@ -193,9 +199,11 @@ def choose_weights(
 class _Loss:
     """Log loss of the fused sources and its gradient, as a function of their weights and then their mixing weights."""
 
-    def __init__(self, sources: list[Floats], truth: NDArray[np.intp], prior: Floats) -> None:
+    def __init__(
+        self, sources: list[Floats], truth: NDArray[np.intp], prior: Floats, counts: ArrayLike | None = None
+    ) -> None:
         self._sources = [(_floored(source[_spoken(source)]), _spoken(source)) for source in sources]
-        self._truth, self._prior = truth, prior
+        self._truth, self._prior, self._shares = truth, prior, _checked_counts(counts, len(truth))
 
     def __call__(self, trust: Floats) -> tuple[float, Floats]:
         n, prior = len(self._truth), self._prior
@@ -212,9 +220,10 @@ class _Loss:
         rows = np.arange(n)
         pull = np.exp(total)
         pull[rows, self._truth] -= 1
-        gradient = [float((pull[spoken] * slope).sum()) / n for spoken, slope, _ in slopes]
-        gradient += [float((pull[spoken] * slope).sum()) / n for spoken, _, slope in slopes]
-        return -float(np.maximum(total[rows, self._truth], -1e3).mean()), np.array(gradient)
+        pull *= self._shares[:, None]
+        gradient = [float((pull[spoken] * slope).sum()) for spoken, slope, _ in slopes]
+        gradient += [float((pull[spoken] * slope).sum()) for spoken, _, slope in slopes]
+        return -float(self._shares @ np.maximum(total[rows, self._truth], -1e3)), np.array(gradient)
 
 
 def log_loss(log_probabilities: ArrayLike, truth: ArrayLike) -> float:
@@ -320,6 +329,16 @@ def _checked_prior(log_prior: ArrayLike | None, k: int) -> Floats:
     allowed = (prior < np.inf).all() and not np.isneginf(prior).all()
     require(allowed, "log_prior must be log-probabilities, some of them above -inf")
     return np.asarray(prior - _log_sum(prior[None])[0])
+
+
+def _checked_counts(counts: ArrayLike | None, n: int) -> Floats:
+    """Return the share of the whole that each grasp counts for."""
+    if counts is None:
+        return np.full(n, 1.0 / n)
+    given = as_array(counts)
+    fit = given.shape == (n,) and bool(np.isfinite(given).all() and (given > 0).all())
+    require(fit, f"counts must be one number above 0 a grasp, shape ({n},), got shape {given.shape}")
+    return np.asarray(given / given.sum())
 
 
 def checked_truth(truth: ArrayLike, n: int, k: int) -> NDArray[np.intp]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Calibration", "calibrate"]
+__all__ = ["Calibration", "calibrate", "class_weights"]
 
 Floats = NDArray[np.float64]
 
@@ -42,7 +42,22 @@ class Calibration:
         return np.asarray((1 - self.mixing) * shares + self.mixing / scores.shape[1])
 
 
-def calibrate(scores: Floats, truth: NDArray[np.integer]) -> Calibration:
+def class_weights(truth: NDArray[np.integer]) -> Floats:
+    """Return by what things count so that every class counts alike, shape (n,), 1 on the mean.
+
+    How often somebody pressed a thing to have it learned says nothing of how often it will be met, and what is known
+    from few presses is known worse: the mean over presses hides that.
+
+    Examples
+    --------
+    >>> class_weights(np.array([0, 0, 0, 1])).round(3).tolist()
+    [0.667, 0.667, 0.667, 2.0]
+    """
+    counts = np.bincount(truth)
+    return np.asarray(len(truth) / np.count_nonzero(counts) / np.maximum(counts, 1)[truth])
+
+
+def calibrate(scores: Floats, truth: NDArray[np.integer], weight: Floats | None = None) -> Calibration:
     """Return the calibration of least log loss on held-out answers; a plain one where no answer knew its class.
 
     Parameters
@@ -51,6 +66,8 @@ def calibrate(scores: Floats, truth: NDArray[np.integer]) -> Calibration:
         Of things that were not learned from; -inf where a fold did not know a class.
     truth : ndarray of shape (n,), int
         The class of each.
+    weight : ndarray of shape (n,), float64, optional
+        How much each counts. Default: all alike.
 
     Examples
     --------
@@ -63,10 +80,11 @@ def calibrate(scores: Floats, truth: NDArray[np.integer]) -> Calibration:
     """
     known = np.isfinite(scores[np.arange(len(truth)), truth])
     scores, truth = scores[known], truth[known]
+    counts = np.ones(len(truth)) if weight is None else weight[known]
     if not len(truth):
         return Calibration(1.0, 0.01)
     shares = _shares_of_truth(scores, truth)
-    losses = [-np.log(_MIXING / scores.shape[1] + (1 - _MIXING) * one[:, np.newaxis]).sum(axis=0) for one in shares]
+    losses = [-counts @ np.log(_MIXING / scores.shape[1] + (1 - _MIXING) * one[:, np.newaxis]) for one in shares]
     temperature, mixing = np.unravel_index(int(np.argmin(losses)), (len(losses), len(_MIXING)))
     return Calibration(float(_TEMPERATURES[temperature]), float(_MIXING[mixing]))
 
