@@ -45,8 +45,8 @@ static int put(struct piece *pieces, int n, int column, int place, int from, int
 /* A triangle at a corner: its legs are u * along and u * across, u as v - t. */
 struct triangle {
     vh_real v, over, x, y, third_x, third_y, area, length;
-    /* Powers of u in the moments, over the area's u^2. */
-    vh_real xx[3], xy[3], yy[3];
+    /* Variances and covariance, over u^2. */
+    vh_real xx, xy, yy;
 };
 
 /* The triangle of a piece, which is added, or taken away (sign -1) where the corner is out. */
@@ -62,17 +62,15 @@ static struct triangle triangle_of(const struct row *row, const struct piece *pi
     const vh_real third_x = along * (1.0 / 3.0), third_y = across * (1.0 / 3.0);
     return (struct triangle){
         v, 1.0 / least, x, y, third_x, third_y, 0.5 * sign * fabs(along * across), sqrt(along * along + across * across),
-        {x * x, 2.0 * x * third_x, along * along * (1.0 / 6.0)},
-        {x * y, x * third_y + y * third_x, along * across * (1.0 / 12.0)},
-        {y * y, 2.0 * y * third_y, across * across * (1.0 / 6.0)},
+        0.5 * third_x * third_x, -0.25 * third_x * third_y, 0.5 * third_y * third_y,
     };
 }
 
 /*
  * Add a triangle at the thresholds from .. stop - 1.
  *
- * The integrals of 1, x, y, x^2, x y, y^2 over a right triangle with legs a, b at the origin are a b / 2 times 1, a / 3,
- * b / 3, a^2 / 6, a b / 12, b^2 / 6.
+ * A right triangle with legs a, b at the origin has the area a b / 2 and the centroid (a / 3, b / 3), around which its
+ * second moments are, over the area, a^2 / 18, -a b / 36 and b^2 / 18.
  */
 static void add_triangle(
     const struct triangle *p, int from, int stop, const vh_real *restrict t, vh_real *restrict area, vh_real *restrict x,
@@ -83,13 +81,14 @@ static void add_triangle(
         VH_SIDE_BY_SIDE
         for (int k = 0; k < VH_LANES; k++) {
             const int i = first + k;
-            const vh_real u = t[i] >= bottom ? (p->v - t[i]) * p->over : 0.0, a = p->area * u * u;
+            const vh_real u = t[i] >= bottom ? (p->v - t[i]) * p->over : 0.0, square = u * u, a = p->area * square;
+            const vh_real mx = p->x + p->third_x * u, my = p->y + p->third_y * u;
             area[i] += a;
-            x[i] += a * (p->x + p->third_x * u);
-            y[i] += a * (p->y + p->third_y * u);
-            xx[i] += a * (p->xx[0] + u * (p->xx[1] + u * p->xx[2]));
-            xy[i] += a * (p->xy[0] + u * (p->xy[1] + u * p->xy[2]));
-            yy[i] += a * (p->yy[0] + u * (p->yy[1] + u * p->yy[2]));
+            x[i] += a * mx;
+            y[i] += a * my;
+            xx[i] += a * (mx * mx + p->xx * square);
+            xy[i] += a * (mx * my + p->xy * square);
+            yy[i] += a * (my * my + p->yy * square);
             length[i] += p->length * u;
         }
     }
