@@ -45,8 +45,6 @@ static int put(struct piece *pieces, int n, int column, int place, int from, int
 /* A triangle at a corner: its legs are u * along and u * across, u as v - t. */
 struct triangle {
     vh_real v, over, x, y, third_x, third_y, area, length;
-    /* Variances and covariance, over u^2. */
-    vh_real xx, xy, yy;
 };
 
 /* The triangle of a piece, which is added, or taken away (sign -1) where the corner is out. */
@@ -62,7 +60,6 @@ static struct triangle triangle_of(const struct row *row, const struct piece *pi
     const vh_real third_x = along * (1.0 / 3.0), third_y = across * (1.0 / 3.0);
     return (struct triangle){
         v, 1.0 / least, x, y, third_x, third_y, 0.5 * sign * fabs(along * across), sqrt(along * along + across * across),
-        0.5 * third_x * third_x, -0.25 * third_x * third_y, 0.5 * third_y * third_y,
     };
 }
 
@@ -82,13 +79,13 @@ static void add_triangle(
         for (int k = 0; k < VH_LANES; k++) {
             const int i = first + k;
             const vh_real u = t[i] >= bottom ? (p->v - t[i]) * p->over : 0.0, square = u * u, a = p->area * square;
-            const vh_real mx = p->x + p->third_x * u, my = p->y + p->third_y * u;
+            const vh_real dx = p->third_x * u, dy = p->third_y * u, mx = p->x + dx, my = p->y + dy;
             area[i] += a;
             x[i] += a * mx;
             y[i] += a * my;
-            xx[i] += a * (mx * mx + p->xx * square);
-            xy[i] += a * (mx * my + p->xy * square);
-            yy[i] += a * (my * my + p->yy * square);
+            xx[i] += a * (mx * mx + 0.5 * dx * dx);
+            xy[i] += a * (mx * my - 0.25 * dx * dy);
+            yy[i] += a * (my * my + 0.5 * dy * dy);
             length[i] += p->length * u;
         }
     }
