@@ -58,6 +58,7 @@ class PackedEvaluator:
         network, outputs = synthesize(netlist, wide=True)
         self.program = compile_program(network, outputs)
         self._kernel = KernelProgram(self.program)
+        self._n_bits = netlist.bit_count
 
     def pack(self, X: npt.ArrayLike) -> PackedGrasps:
         """Pack grasps: switches, or counts, which are compared with the netlist's thresholds first.
@@ -134,12 +135,12 @@ class PackedEvaluator:
         """Return the words as the compiled code takes them: rows of neighbouring words, writeable."""
         self._check(packed)
         words = packed.words
-        if not words.flags.writeable or (words.size and words.strides[1] != words.itemsize):
+        if not words.flags.writeable or words.strides[1] != words.itemsize:
             return words.copy()
         return words
 
     def _check(self, packed: PackedGrasps) -> None:
-        if len(packed.words) != self.netlist.bit_count:
+        if len(packed.words) != self._n_bits:
             raise InputError(
-                f"grasps must have {counted(self.netlist.bit_count, 'bit')} for this netlist, got {len(packed.words)}"
+                f"grasps must have {counted(self._n_bits, 'bit')} for this netlist, got {len(packed.words)}"
             )
