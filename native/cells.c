@@ -66,8 +66,8 @@ static struct triangle triangle_of(const struct row *row, const struct piece *pi
 /*
  * Add a triangle at the thresholds from .. stop - 1.
  *
- * A right triangle with legs a, b at the origin has the area a b / 2 and the centroid (a / 3, b / 3), around which its
- * second moments are, over the area, a^2 / 18, -a b / 36 and b^2 / 18.
+ * A right triangle with legs a, b at the origin has the area a b / 2 and the centroid (dx, dy) = (a / 3, b / 3), around
+ * which its second moments are, over the area, dx^2 / 2, -dx dy / 4 and dy^2 / 2.
  */
 static void add_triangle(
     const struct triangle *p, int from, int stop, const vh_real *restrict t, vh_real *restrict area, vh_real *restrict x,
