@@ -1,7 +1,8 @@
-/* The interpreter of bit programs: 64 grasps a word, 128 words a block, one function for all netlists.
+/* The interpreter of bit programs: 64 grasps a word, up to 256 words a block, one function for all netlists.
  *
  * Every instruction works through a block of each of its registers, so that the cost of fetching it is spread over
- * 8192 grasps, and a block of every register stays in the nearest cache.
+ * up to 16384 grasps, and a block of every register stays near: that of the inputs, which are the most, need not be in
+ * the nearest cache, as it is read in order.
  */
 #include <string.h>
 
@@ -11,7 +12,7 @@
 #include <immintrin.h>
 #endif
 
-enum { BLOCK_WORDS = 128, ALIGNED = 64, COLUMNS = 13, MOST_SOURCES = 9, MOST_RESULTS = 3, MOST_PLANES = 8 };
+enum { BLOCK_WORDS = 256, ALIGNED = 64, COLUMNS = 13, MOST_SOURCES = 9, MOST_RESULTS = 3, MOST_PLANES = 8 };
 
 typedef uint64_t word;
 
@@ -242,7 +243,7 @@ static ALWAYS_INLINE void vote9(const struct operands o, int inverted)
 
 static void zero(const struct operands o)
 {
-    memset(o.d[0], 0, BLOCK_WORDS * sizeof(word));
+    memset(o.d[0], 0, (size_t)o.lanes * sizeof(lane));
 }
 
 /* The blocks of so many sources and results of an instruction: no more is looked up than it works on. */
@@ -362,28 +363,30 @@ static void run_block(const struct vh_program *program, const uint64_t *words, s
                       struct space s)
 {
     for (int k = 0; k < program->inputs; k++) {
-        /* Inputs are only read. A last block that is not whole is read from a copy. */
+        /* Inputs are only read. A last block that ends within a lane is read from a copy. */
         s.table[k] = (word *)words + (size_t)k * stride;
-        if (length < BLOCK_WORDS)
+        if (length % (sizeof(lane) / sizeof(word)))
             s.table[k] = memcpy(s.tail + (size_t)k * BLOCK_WORDS, s.table[k], length * sizeof(word));
     }
     for (int row = 0; row < program->instructions; row++)
         execute(program->code + row * COLUMNS, s.table, lanes_of(length));
 }
 
-/* How many words the block that begins at `start` has. */
-static size_t block_length(size_t start, size_t n_words)
+/* How many words a block has where there are so many: all have as many, in whole lines of the cache, but for the last. */
+static size_t block_words(size_t n_words)
 {
-    return n_words - start < BLOCK_WORDS ? n_words - start : BLOCK_WORDS;
+    const size_t line = ALIGNED / sizeof(word), n_blocks = (n_words + BLOCK_WORDS - 1) / BLOCK_WORDS;
+    return n_blocks ? ((n_words + n_blocks - 1) / n_blocks + line - 1) / line * line : line;
 }
 
 void vh_run_program(const struct vh_program *program, const uint64_t *words, size_t stride, size_t n_words,
                     uint64_t *planes, void *work)
 {
+    const size_t block = block_words(n_words);
     struct space s = made_ready(program, work);
 
-    for (size_t start = 0; start < n_words; start += BLOCK_WORDS) {
-        size_t length = block_length(start, n_words);
+    for (size_t start = 0; start < n_words; start += block) {
+        size_t length = n_words - start < block ? n_words - start : block;
         run_block(program, words + start, stride, length, s);
         for (int k = 0; k < program->n_outputs; k++)
             memcpy(planes + (size_t)k * n_words + start, s.table[program->outputs[k]], length * sizeof(word));
@@ -426,8 +429,8 @@ int vh_pack_rows(const uint8_t *rows, size_t n, size_t r, uint8_t *bytes_of_word
 static ALWAYS_INLINE void spread_bits(const word *const *planes, int n_planes, size_t at, uint8_t *out)
 {
 #if defined(__AVX512BW__)
-    __m512i total = _mm512_setzero_si512();
-    for (int k = 0; k < n_planes; k++)
+    __m512i total = _mm512_maskz_set1_epi8(planes[0][at], 1);
+    for (int k = 1; k < n_planes; k++)
         total = _mm512_or_si512(total, _mm512_maskz_set1_epi8(planes[k][at], (char)(1 << k)));
     _mm512_storeu_si512(out, total);
 #elif defined(__AVX2__)
@@ -483,12 +486,13 @@ void vh_unpack_planes(const uint64_t *planes, int n_planes, size_t n, uint8_t *o
 void vh_run_and_unpack(const struct vh_program *program, const uint64_t *words, size_t stride, size_t n, uint8_t *out,
                        void *work)
 {
+    const size_t block = block_words((n + 63) / 64);
     struct space s = made_ready(program, work);
     const word *planes[MOST_PLANES];
 
-    for (size_t start = 0, n_words = (n + 63) / 64; start < n_words; start += BLOCK_WORDS) {
-        size_t grasps = n - 64 * start < 64 * BLOCK_WORDS ? n - 64 * start : 64 * BLOCK_WORDS;
-        run_block(program, words + start, stride, block_length(start, n_words), s);
+    for (size_t start = 0; 64 * start < n; start += block) {
+        size_t grasps = n - 64 * start < 64 * block ? n - 64 * start : 64 * block;
+        run_block(program, words + start, stride, (grasps + 63) / 64, s);
         for (int k = 0; k < program->n_outputs; k++)
             planes[k] = s.table[program->outputs[k]];
         unpack(planes, program->n_outputs, grasps, out + 64 * start);
