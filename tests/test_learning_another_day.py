@@ -128,7 +128,7 @@ def test_nothing_is_named_more_surely_than_its_form_allows() -> None:
     said = np.exp(fitted.learned_.judge(fitted.learned_.scaled(measures))[0])
     by_forms = np.exp(forms.judge(forms.scaled(fitted._forms_asked(measures)))[0])
     agree = said.argmax(axis=1) == by_forms.argmax(axis=1)
-    most = np.where(agree, 0.5 * (1 + by_forms.max(axis=1)), 0.9)
+    most = np.where(agree, 0.75 + 0.25 * by_forms.max(axis=1), 0.9)
     alike = np.array([not one.unlike_session for one in fitted.explain(moved)])
     assert (said.max(axis=1) > most)[alike].any()
     assert (fitted.predict_proba(moved).max(axis=1) <= most + 1e-12).all()

@@ -338,6 +338,7 @@ def test_what_was_pressed_seldom_is_hardly_surely_called_what_was_pressed_often(
         return found, np.repeat(list(counts), list(counts.values()))
 
     fitted = TactileClassifier().fit(*presses(often))
+    assert any(said.startswith("'c' was pressed 3 times, 'a' 40 times: ") for said in fitted.remarks_)
     new, thing = presses(dict.fromkeys(radii, 40))
     probabilities = fitted.predict_proba(new)
     sure, wrong = probabilities.max(axis=1) > 0.9, fitted.predict(new) != thing

@@ -22,6 +22,8 @@ __all__ = ["Judged", "judge"]
 
 Floats = NDArray[np.float64]
 
+# Of an answer forms have this share where all is felt as it was that day, and that one where it is not.
+_FORMS_COUNT, _FORMS_COUNT_UNLIKE = 0.25, 0.5
 # What is felt unlike the session is surely named only where more than this share of known presses have stranger forms.
 _USUAL = 0.3
 # Otherwise only where more than so many times the share of known presses that may be refused are stranger: of what is
@@ -82,7 +84,8 @@ def judge(learned: Learned, measures: Mapping[str, Floats], forms: Mapping[str, 
     by_forms, strangeness = learned.forms.judge(scaled_forms)
     usual = conformal_p_value(strangeness, learned.forms.known)
     unlike = p_values <= error
-    named = _unsure(_pooled(np.exp(said), np.exp(by_forms)), unlike & (usual <= _USUAL), error)
+    share = np.where(unlike, _FORMS_COUNT_UNLIKE, _FORMS_COUNT)
+    named = _unsure(_pooled(np.exp(said), np.exp(by_forms), share), unlike & (usual <= _USUAL), error)
     return Judged(named, usual, unlike, scaled, scaled_forms)
 
 
@@ -92,7 +95,11 @@ def _unsure(named: Floats, which: NDArray[np.bool_], error: float) -> Floats:
     return np.where(which[:, None], bounded, named)
 
 
-def _pooled(named: Floats, by_forms: Floats) -> Floats:
-    """Return the mean of two answers, in the order of the first: one that names another thing counts as even."""
+def _pooled(named: Floats, by_forms: Floats, share: Floats) -> Floats:
+    """Return a mean of two answers, of which the second has a share, in the order of the first.
+
+    One that names another thing counts as even.
+    """
     agree = named.argmax(axis=1) == by_forms.argmax(axis=1)
-    return np.asarray(0.5 * (named + np.where(agree[:, None], by_forms, 1.0 / named.shape[1])))
+    other = np.where(agree[:, None], by_forms, 1.0 / named.shape[1])
+    return np.asarray(named + share[:, None] * (other - named))

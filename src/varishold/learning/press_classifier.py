@@ -30,6 +30,8 @@ _LEAST_ALTERNATIVE = 0.01
 MOST_MEASURES = 5
 # Whose unit and pitch asked presses are taken in.
 _LEARNED = "the model"
+# What was pressed less than this share of what something else was is told.
+_SELDOM = 0.25
 # From this share of the loss of guessing on, held-out presses tell nothing.
 _GUESSED = 0.97
 
@@ -266,6 +268,13 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
             remarks.append(
                 "held-out presses are told no better than by guessing: look whether labels stand beside the right "
                 "presses, and whether these show what is pressed"
+            )
+        counts = np.bincount(training.codes)
+        if counts.min() < _SELDOM * counts.max():
+            seldom, often = (str(self.classes_[k]) for k in (counts.argmin(), counts.argmax()))
+            remarks.append(
+                f"{seldom!r} was pressed {counts.min()} times, {often!r} {counts.max()} times: "
+                "what was pressed seldom is refused more often, and answers near it promise less; press it more often"
             )
         if len(training.presses) < 1 / self.error - 1:
             remarks.append(

@@ -161,7 +161,7 @@ def learn(
 ) -> tuple[Learned, NDArray[np.intp]]:
     """Learn from measures, every setting chosen and every probability calibrated on held-out folds.
 
-    Every class counts alike there, however often it was pressed.
+    There a class counts as the root of how often it was pressed.
 
     Parameters
     ----------

@@ -43,18 +43,19 @@ class Calibration:
 
 
 def class_weights(truth: NDArray[np.integer]) -> Floats:
-    """Return by what things count so that every class counts alike, shape (n,), 1 on the mean.
+    """Return by what things count so that a class counts as the root of how many are of it, shape (n,), 1 on the mean.
 
     How often somebody pressed a thing to have it learned says nothing of how often it will be met, and what is known
-    from few presses is known worse: the mean over presses hides that.
+    from few presses is known worse: the mean over presses hides that. Were all classes to count alike, the few that
+    are held out, learned from fewer still, would say too little of all.
 
     Examples
     --------
-    >>> class_weights(np.array([0, 0, 0, 1])).round(3).tolist()
-    [0.667, 0.667, 0.667, 2.0]
+    >>> class_weights(np.array([0, 0, 0, 0, 1])).round(3).tolist()
+    [0.833, 0.833, 0.833, 0.833, 1.667]
     """
-    counts = np.bincount(truth)
-    return np.asarray(len(truth) / np.count_nonzero(counts) / np.maximum(counts, 1)[truth])
+    weights = 1.0 / np.sqrt(np.maximum(np.bincount(truth), 1))[truth]
+    return np.asarray(weights / weights.mean()) if len(truth) else weights
 
 
 def calibrate(scores: Floats, truth: NDArray[np.integer], weight: Floats | None = None) -> Calibration:
