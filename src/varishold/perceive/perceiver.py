@@ -263,17 +263,19 @@ class Perceiver:
         Parameters
         ----------
         among : iterable of str, optional
-            What can be done next; default: every touch of the library that was not made yet.
+            What can be done next; default: every touch of the library that was not made yet. Of what was made at the
+            object where it stands nothing new is expected.
 
         Returns
         -------
         NextTouch or None
-            None where nothing can be done.
+            None where nothing can be done that is expected to tell anything new.
         """
         touches, seconds = self.library.touches, self.library.seconds
         takes = {touch: model.cost for touch, model in touches.items()} if seconds is None else seconds
         can = [t for t in touches if t not in self.belief.touches] if among is None else as_names(among, "among")
-        gains = {touch: expected_information(self.belief, touch) for touch in can if touch in touches}
+        new = (touch for touch in can if touch in touches and touch not in self.belief.here)
+        gains = {touch: expected_information(self.belief, touch) for touch in new}
         if not gains:
             return None
         k = self.belief.best_kind
