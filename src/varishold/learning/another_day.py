@@ -3,8 +3,8 @@
 Within a day a thing lies in the same place of a hand and is pressed as hard, and both help to name it. Tomorrow the
 hand may sit elsewhere and press less: all things are strange then by where and how hard they are felt. So where no
 sessions are known, whether a press is like anything known is judged by forms alone, on copies of held-out presses that
-have drifted, lie elsewhere and are pressed less. And everything is named as surely as forms agree: what lies where
-another thing lay that day, and is pressed as hard, is felt like that one in nothing but its form.
+have drifted, lie elsewhere and are pressed less. And forms have a share of every answer: what lies where another thing
+lay that day, and is pressed as hard, differs from it in nothing else.
 """
 
 from __future__ import annotations

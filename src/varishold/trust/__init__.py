@@ -1,10 +1,10 @@
 """Trust: how far an answer may be believed, measured on what was not learned from.
 
-Folds that keep a session together (`group_folds`), probabilities calibrated on held-out answers (`Calibration`), in
-which what is seldom counts more (`class_weights`), the
-conformal p-value of "this is like what was learned" (`conformal_p_value`), ranges of what was learned
-(`learn_ranges`), answers that promise nothing outside of it (`widened`), one belief from several sources (`fuse`), and
-how far a counted share (`share_interval`), or the difference of two (`difference_interval`), may be off.
+Folds that keep a session together (`group_folds`), probabilities calibrated on held-out answers (`Calibration`), of
+which the rare ones count more (`class_weights`), the conformal p-value of "this is like what was learned"
+(`conformal_p_value`), ranges of what was learned (`learn_ranges`), answers that promise nothing outside of it
+(`widened`), one belief from several sources (`fuse`), and how far a counted share (`share_interval`), or the difference
+of two (`difference_interval`), may be off.
 """
 
 from __future__ import annotations

@@ -58,7 +58,7 @@ def class_weights(truth: NDArray[np.integer]) -> Floats:
     return np.asarray(weights / weights.mean()) if len(truth) else weights
 
 
-def calibrate(scores: Floats, truth: NDArray[np.integer], weight: Floats | None = None) -> Calibration:
+def calibrate(scores: Floats, truth: NDArray[np.integer], counts: Floats | None = None) -> Calibration:
     """Return the calibration of least log loss on held-out answers; a plain one where no answer knew its class.
 
     Parameters
@@ -67,8 +67,8 @@ def calibrate(scores: Floats, truth: NDArray[np.integer], weight: Floats | None 
         Of things that were not learned from; -inf where a fold did not know a class.
     truth : ndarray of shape (n,), int
         The class of each.
-    weight : ndarray of shape (n,), float64, optional
-        How much each counts. Default: all alike.
+    counts : ndarray of shape (n,), float64, optional
+        How much each counts, as `class_weights` gives it. Default: all alike.
 
     Examples
     --------
@@ -81,7 +81,7 @@ def calibrate(scores: Floats, truth: NDArray[np.integer], weight: Floats | None 
     """
     known = np.isfinite(scores[np.arange(len(truth)), truth])
     scores, truth = scores[known], truth[known]
-    counts = np.ones(len(truth)) if weight is None else weight[known]
+    counts = np.ones(len(truth)) if counts is None else counts[known]
     if not len(truth):
         return Calibration(1.0, 0.01)
     shares = _shares_of_truth(scores, truth)
