@@ -15,6 +15,7 @@ from varishold.errors import InputError
 from varishold.files.documents import parse_json
 from varishold.live.address import Address
 from varishold.live.sample import UNNAMED_PAD, PadLayout, Sample
+from varishold.live.steady_shapes import SteadyShapes
 from varishold.recording.messages import MessagePad, MessageReading, read_message, readable_name
 
 __all__ = ["OPTIONS", "Interpreter"]
@@ -70,6 +71,7 @@ class Interpreter:
         self.pads: Mapping[str, PadLayout] = {}
         self.damaged, self.damage = 0, ""
         self._understood = False
+        self._shapes = SteadyShapes()
 
     def message(self, content: bytes, decode: Callable[[bytes], Any], **known: Any) -> list[Sample]:
         """Return the sample of a message that `decode` takes apart; an empty list where it cannot be used.
@@ -111,6 +113,8 @@ class Interpreter:
     ) -> list[Sample]:
         """Return the sample of what was read of a message; an empty list where it lists no taxel this time.
 
+        A pad that comes in another shape for once is damaged and left out.
+
         Parameters
         ----------
         said : MessageReading
@@ -128,13 +132,15 @@ class Interpreter:
         pads = {
             (key.replace(UNNAMED_PAD, name) if name and _unnamed(key) else key): pad for key, pad in said.pads.items()
         }
+        if len(self.pads.keys() | pads.keys()) > _MOST_PADS:
+            self.tell(f"a message names pads that no other did, and more than {_MOST_PADS} are known")
+            return []
+        pads = {key: pad for key, pad in pads.items() if self._fits(key, pad.values.shape)}
+        if not pads:
+            return []
         layouts = {key: _layout_of(pad) for key, pad in pads.items()}
         if any(self.pads.get(key) != layout for key, layout in layouts.items()):
-            known = {**self.pads, **layouts}
-            if len(known) > _MOST_PADS:
-                self.tell(f"a message names pads that no other did, and more than {_MOST_PADS} are known")
-                return []
-            self.pads = known
+            self.pads = {**self.pads, **layouts}
         return [
             Sample(
                 said.time_s if said.time_s is not None else device_time_s,
@@ -143,6 +149,13 @@ class Interpreter:
                 {key: pad.values for key, pad in pads.items()},
             )
         ]
+
+    def _fits(self, pad: str, shape: tuple[int, ...]) -> bool:
+        """Tell whether a frame is of its pad's shape; one that is not is damage."""
+        fits = self._shapes.takes(pad, shape)
+        if not fits:
+            self.tell(f"pad {pad} came with {_sized(shape)} values among frames of {_sized(self._shapes.of(pad))}")
+        return fits
 
     def tell(self, error: InputError | str) -> None:
         """Count a message that cannot be used.
@@ -207,6 +220,10 @@ def _texts_in(content: bytes) -> list[bytes]:
     except (ValueError, RecursionError):
         return [*texts, whole[begin:].encode()] if texts else [content]
     return texts
+
+
+def _sized(shape: tuple[int, ...]) -> str:
+    return " x ".join(map(str, shape))
 
 
 def _unnamed(key: str) -> bool:
