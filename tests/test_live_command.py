@@ -76,6 +76,7 @@ def test_a_source_that_waits_is_opened_and_ends_in_lines_too(wrong: int) -> None
     )
     said = [json.loads(line) for line in done.stdout.splitlines()]
     told = [(line["state"], line["words"]) for line in said if line["line"] == "source"]
-    words = f"{wrong} message{'s' * (wrong > 1)} held no frame that could be used" if wrong else ""
+    why = "a message is not understood: its fields are pressure[2]; name the one that holds the values as field"
+    words = f"{wrong} message{'s' * (wrong > 1)} held no frame that could be used: {why}" if wrong else ""
     assert told == [("opening", ""), ("open", ""), ("ended", words)]
     assert sum(line["line"] == "frame" for line in said) == 20

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from tests.live_scripted import sample
 from tests.test_live_wire import cuts, pieces
 
-from varishold.errors import EndOfSourceError, InputError
-from varishold.live import piped, source_at
+from varishold.errors import EndOfSourceError, InputError, LostSourceError
+from varishold.live import framed, piped, source_at
 from varishold.live.address import parse_address
 from varishold.live.framed import FramedBytes
 from varishold.live.piped import BareNumbers, Guessed, JsonLines, unpacking_at
@@ -150,7 +150,7 @@ def test_a_line_that_never_ends_is_passed_over_with_its_end(monkeypatch: pytest.
     assert len(lines.samples(b" and so on]\n[3, 4]\n")) == 1
     assert lines.damaged == 1
     # One that just fits is read.
-    assert len(lines.samples(b"[" + b" " * 90 + b"5]\n")) == 1
+    assert len(lines.samples(b"[" + b" " * 88 + b"5,6]\n")) == 1
 
 
 @pytest.mark.parametrize("text", [b"[[1, 2]]\n[[3, 4]]\n", b"1 2\n3 4\n\n5 6\n7 8\n\n"])
@@ -177,6 +177,75 @@ def test_what_comes_is_told_by_its_first_character() -> None:
     assert isinstance(unpacking_at(address("")), Guessed)
     with pytest.raises(InputError, match="bare numbers need their shape"):
         unpacking_at(address("?dtype=uint8"))
+
+
+BANNER = b"ESP-ROM:esp32c3\r\nBuild:Feb  7 2021\r\n\r\n115200\r\n"
+
+
+@pytest.mark.parametrize("step", [1, 7, 10_000])
+@pytest.mark.parametrize(
+    "sent",
+    [
+        b"1,2,3,4,5,6\n" * 3,
+        b"1 2 3\n4 5 6\n\n" * 3,
+        b"[[1, 2, 3], [4, 5, 6]]\n" * 3,
+        b"2,3,4,5,6\n" + b"1,2,3,4,5,6\n" * 3,
+    ],
+)
+def test_what_a_controller_says_as_it_starts_is_passed_over_and_counted(sent: bytes, step: int) -> None:
+    guessed, whole = Guessed(address("?shape=2x3")), BANNER + sent
+    found = [one for at in range(0, len(whole), step) for one in guessed.samples(whole[at : at + step])]
+    found += guessed.finish()
+    assert [one.pads["pad"].tolist() for one in found] == [[[1, 2, 3], [4, 5, 6]]] * 3
+    assert guessed.damaged == 3 + sent.startswith(b"2")
+    assert guessed.damage == (
+        "a line holds 5 numbers, and a frame 2 x 3"
+        if sent.startswith(b"2")
+        else "a line holds 1 number, and a frame 2 x 3"
+    )
+
+
+PASSED = "a line holds {} numbers, and a frame 2 x 2; a framing file with skip = {} passes over the first"
+
+
+@pytest.mark.parametrize(
+    ("options", "sent", "why"),
+    [
+        ("", b"t0=10 t1=9\n", "'t0=10 t1=9' is neither JSON nor a line of numbers"),
+        ("", b"L:" + b"1," * 50, f"'L:{'1,' * 19} ...' is neither JSON nor a line of numbers"),
+        ("?shape=2x2", b"1,2,3,4,5\n", PASSED.format(5, 1)),
+        ("?shape=2x2", b"1,2,3,4,5,6\n", f"{PASSED.format(6, 2)} 2"),
+        ("?shape=2x2", b"1,2,3,4,5,6,7,8,9\n", "a line holds 9 numbers, and a frame 2 x 2"),
+        ("?preset=arduino-line&shape=2x2", b"boot\x1b[0m\n", "'boot\\x1b[0m' is no line of numbers"),
+        ("?preset=arduino-line&shape=2x2", b"1,2,3\n", "a line holds 3 numbers, and a frame 2 x 2"),
+        ("?preset=arduino-rows&shape=2x2", b"1 2\n3\n\n", "rows of 1 and 2 numbers came, which are no frame"),
+        ("?preset=arduino-rows&shape=2x2", b"1 2\n\n", "1 x 2 numbers came, and a frame has 2 x 2"),
+    ],
+)
+def test_text_that_holds_no_frame_is_told_by_what_stands_in_it(
+    options: str, sent: bytes, why: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pipe = Pipe(monkeypatch, sent, sent, b"")
+    source = StandardInput(f"stdin:{options}", unpacking_at(address(options)))
+    for _ in range(3):
+        assert source.read(0.5) == []
+    assert source.damage == why
+    with pytest.raises(InputError, match="came and no frame was in them") as told:
+        source.read(0.5)
+    assert f" in them: {why}; write JSON" in str(told.value)
+    assert not pipe.waits[3:]
+
+
+def test_a_cable_whose_text_holds_no_frame_is_told_by_what_stands_in_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    seconds = iter(range(100))
+    monkeypatch.setattr(framed.time, "monotonic", lambda: next(seconds))
+    cable = FramedBytes("serial:/dev/x", framed.framing_at(address("?preset=arduino-line&shape=8x8")))
+    sent = b"0" + b",1" * 64 + b"\n"
+    for _ in range(4):
+        assert cable.samples(sent * 3) == []
+    with pytest.raises(LostSourceError, match="a line holds 65 numbers, and a frame 8 x 8; a framing file") as told:
+        cable.samples(sent)
+    assert str(told.value).endswith("; is it another preset, shape or baud?")
 
 
 @pytest.mark.parametrize("between", [b",", b"; ", b"\t", b" "])

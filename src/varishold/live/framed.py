@@ -36,6 +36,8 @@ class FramedBytes:
     def __init__(self, address: str, framing: Framing, *, confirm: bool = True) -> None:
         self._address = address
         self._decoder = decoder_of(framing, confirm=confirm)
+        checked = any(packet.checksum is not None for packet in framing.packets)
+        self._remedy = f"is it another preset, shape{', checksum' * checked} or baud?"
         self._patience = max(_PATIENCE, 3 * sum(packet.size for packet in framing.packets))
         self.restart()
 
@@ -51,8 +53,8 @@ class FramedBytes:
 
     @property
     def damage(self) -> str:
-        """Empty: what was wrong is not told."""
-        return ""
+        """What was wrong with the newest of it; empty where that is not known."""
+        return self._decoder.damage
 
     def restart(self) -> None:
         """Begin anew: what comes next has nothing to do with what came."""
@@ -83,9 +85,10 @@ class FramedBytes:
             self._bytes += len(data)
             waited_s = time.monotonic() - self._since_s
             if self._bytes > self._patience and waited_s > _PATIENCE_S:
+                why = f": {self.damage}" if self.damage else ""
                 raise LostSourceError(
-                    f"{self._address}: {counted(self._bytes, 'byte')} came in {waited_s:.0f} s, and no frame in them; "
-                    "is it another preset, shape or baud?"
+                    f"{self._address}: {counted(self._bytes, 'byte')} came in {waited_s:.0f} s, and no frame in them"
+                    f"{why}; {self._remedy}"
                 )
         return [Sample(reading.device_time_s, host_time_s, reading.sequence, reading.pads) for reading in readings]
 

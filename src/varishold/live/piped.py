@@ -11,6 +11,7 @@ import numpy as np
 from varishold.errors import InputError
 from varishold.live.address import Address
 from varishold.live.framed import FRAMING_OPTIONS, FramedBytes, framing_at
+from varishold.live.framing.text import numbers_of, shown_line, unlike_words
 from varishold.live.interpreter import OPTIONS, Interpreter
 from varishold.live.sample import PadLayout, Sample
 
@@ -133,7 +134,9 @@ class BareNumbers:
 
 
 class Guessed:
-    """Lines of JSON or text, as the first character tells; text with a whole frame in its first line is a line a frame.
+    """Lines of JSON or text, as the first line that is one tells; text with a whole frame in it is a line a frame.
+
+    What stands before, as a controller says where it starts, is passed over and counted.
 
     Parameters
     ----------
@@ -147,6 +150,7 @@ class Guessed:
         self._address = address
         self._by: Unpacking | None = None
         self._first = b""
+        self._passed, self._why = 0, ""
 
     @property
     def pads(self) -> Mapping[str, PadLayout]:
@@ -154,20 +158,18 @@ class Guessed:
 
     @property
     def damaged(self) -> int:
-        return 0 if self._by is None else self._by.damaged
+        return self._passed + (0 if self._by is None else self._by.damaged)
 
     @property
     def damage(self) -> str:
-        return "" if self._by is None else self._by.damage
+        return self._why if self._by is None else self._by.damage or self._why
 
     def samples(self, data: bytes) -> list[Sample]:
         if self._by is None:
-            # Of text a whole line has to be seen; programs of Windows mark its begin.
-            self._first = (self._first + data).lstrip().removeprefix(codecs.BOM_UTF8).lstrip()
-            is_json = self._first[:1] in (b"{", b"[")
-            if not (is_json or b"\n" in self._first or len(self._first) > _LONGEST):
+            self._first += data
+            self._by = self._told()
+            if self._by is None:
                 return []
-            self._by = JsonLines(self._address) if is_json else self._framed()
             data, self._first = self._first, b""
         return self._by.samples(data)
 
@@ -176,12 +178,27 @@ class Guessed:
         found = self.samples(b"\n") if self._first else []
         return found if self._by is None else [*found, *self._by.finish()]
 
-    def _framed(self) -> FramedBytes:
-        from varishold.live.framing.text import numbers_of
-
-        shape, numbers = self._shape, numbers_of(self._first.partition(b"\n")[0])
-        whole = shape is not None and shape[0] > 1 and numbers is not None and len(numbers) == shape[0] * shape[1]
-        return _framed(self._address, "arduino-line" if whole else "arduino-rows")
+    def _told(self) -> Unpacking | None:
+        """Return what reads the first line that holds something; None as long as none has come."""
+        while True:
+            # Programs of Windows mark the begin of a text.
+            self._first = self._first.lstrip().removeprefix(codecs.BOM_UTF8).lstrip()
+            if self._first[:1] in (b"{", b"["):
+                return JsonLines(self._address)
+            line, ended, rest = self._first.partition(b"\n")
+            if not ended and len(line) <= _LONGEST:
+                return None
+            numbers = numbers_of(line)
+            if numbers and self._shape is not None and len(numbers) >= self._shape[0] * self._shape[1]:
+                return _framed(self._address, "arduino-line")
+            if not ended or (numbers and (self._shape is None or len(numbers) == self._shape[1])):
+                return _framed(self._address, "arduino-rows")
+            self._first = rest
+            self._passed += 1
+            if numbers and self._shape is not None:
+                self._why = unlike_words((len(numbers),), self._shape)
+            else:
+                self._why = f"{shown_line(line)} is neither JSON nor a line of numbers"
 
 
 def unpacking_at(address: Address) -> Unpacking:

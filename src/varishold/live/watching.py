@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from varishold.live.lull import Lull, unused_words
 from varishold.live.sample import Sample
 from varishold.live.since import since
-from varishold.live.source import Source, damaged_of
+from varishold.live.source import Source, damage_of, damaged_of
 from varishold.live.sources import source_at
 from varishold.live.stream import Change, State, Stream, batches_of
 from varishold.live.watcher import Seen, Watcher
@@ -112,7 +112,7 @@ def _all_of(source: Source, on_change: Callable[[Change], object] | None) -> Ite
             tell(Change(time.time(), state, words))
         yield from enumerate(samples, number)
         number += len(samples)
-    tell(Change(time.time(), "ended", unused_words(damaged_of(source))))
+    tell(Change(time.time(), "ended", unused_words(damaged_of(source), damage=damage_of(source))))
 
 
 def _newest_of(source: Source, on_change: Callable[[Change], object] | None) -> Iterator[tuple[int, Sample | None]]:

@@ -28,6 +28,11 @@ class Decoder(Protocol):
         ...
 
     @property
+    def damage(self) -> str:
+        """What was wrong with the newest of it; empty where that is not known."""
+        ...
+
+    @property
     def pads(self) -> Mapping[str, PadLayout]:
         """The pads that are known so far."""
         ...
@@ -95,6 +100,11 @@ class PacketDecoder:
     def damaged(self) -> int:
         """How often something was not as it should be."""
         return self._splitter.damaged + self._apart
+
+    @property
+    def damage(self) -> str:
+        """Empty: of packets it is not known."""
+        return ""
 
     def restart(self) -> None:
         """Forget all bytes: what comes next is something new."""

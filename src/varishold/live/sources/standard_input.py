@@ -64,8 +64,11 @@ class StandardInput:
 
     def read(self, timeout_s: float) -> list[Sample]:
         if self._is_over and not self._n_samples:
+            why = f": {self.damage}" if self.damage else ""
             came = (
-                f"{counted(self._n_bytes, 'byte')} came and no frame was in them" if self._n_bytes else "nothing came"
+                f"{counted(self._n_bytes, 'byte')} came and no frame was in them{why}"
+                if self._n_bytes
+                else "nothing came"
             )
             raise InputError(
                 f"{self._address}: {came}; write JSON, or rows of text and a blank line, or say "
