@@ -40,7 +40,7 @@ class Waited:
     address, damaged, damage, overrun = "a:", 0, "", 0
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, over_at: int, samples: Callable[[int], int]) -> None:
-        self.looks = 0
+        self.looks, self.refuses_at = 0, over_at
         self.shown: list[int] = []
         self.seconds = 0.0
         self._over_at, self._samples = over_at, samples
@@ -48,7 +48,8 @@ class Waited:
 
     @property
     def tally(self) -> Any:
-        return SimpleNamespace(samples=self._samples(self.looks), refused=0)
+        refused = max(self.looks - self.refuses_at, 0)
+        return SimpleNamespace(samples=self._samples(self.looks), refused=refused, why="odd" * (refused > 0))
 
     def wait(self, seconds: float) -> bool:
         self.seconds += seconds
@@ -85,6 +86,15 @@ def test_a_recording_ends_when_it_is_stopped(monkeypatch: pytest.MonkeyPatch) ->
     assert one.looks == 1
 
 
+def test_readings_that_are_not_written_are_told_once_as_they_come(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    one: Any = Waited(monkeypatch, 20, lambda looks: looks)
+    one.refuses_at = 5
+    recording_command._wait(one, None, Limits(None, None), Event())
+    assert capsys.readouterr().err == "varishold: a:: odd; such readings are not written\n"
+
+
 def test_a_source_that_is_lost_is_told_once_by_its_words(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -117,9 +127,13 @@ def test_a_source_that_is_lost_is_told_once_by_its_words(
         ({"refused": 4, "why": "odd"}, 0, "7 frames in 1.25 s, 50 a second; 4 were not written: odd"),
         ({"damaged": 3}, 0, "7 frames in 1.25 s, 50 a second; 3 messages held no frame that could be used"),
         (
+            {"damaged": 3, "damage": "no JSON"}, 0,
+            "7 frames in 1.25 s, 50 a second; 3 messages held no frame that could be used: no JSON",
+        ),
+        (
             {"lost": 1, "refused": 1, "why": "odd"}, 1,
             "7 frames in 1.25 s, 50 a second; 1 never came, by the sensor's own numbers; "
-            "1 came faster than they could be written; 1 were not written: odd",
+            "1 came faster than they could be written; 1 was not written: odd",
         ),
     ],
 )  # fmt: skip
@@ -137,7 +151,8 @@ def test_what_was_recorded_and_what_not_is_told(
         **tally,
     }
     counted = {"missed": missed, "damaged": held.pop("damaged", 0), "overrun": held.pop("overrun", 0)}
-    recorder: Any = SimpleNamespace(tally=SimpleNamespace(**held), **counted)
+    damage = held.pop("damage", "")
+    recorder: Any = SimpleNamespace(tally=SimpleNamespace(**held), damage=damage, **counted)
     recording_command._tell(recorder, Path("a.mcap"), json=False)
     assert capsys.readouterr().out == f"a.mcap: {words}\n"
     recording_command._tell(recorder, Path("a.mcap"), json=True)

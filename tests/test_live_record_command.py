@@ -75,7 +75,10 @@ def test_messages_that_hold_no_frame_are_counted(tmp_path: Path) -> None:
     words = [*PROGRAM, "record", "stdin:", "-o", str(tmp_path / "a.mcap")]
     done = subprocess.run(words, input="".join(lines), capture_output=True, text=True, check=True)
     assert done.stdout.startswith(f"{tmp_path / 'a.mcap'}: 18 frames in ")
-    assert done.stdout.endswith("; 2 messages held no frame that could be used\n")
+    assert done.stdout.endswith(
+        "; 2 messages held no frame that could be used: a message: is not complete JSON: "
+        "Expecting ',' delimiter at line 1, column 8\n"
+    )
 
 
 def test_npz_is_made_at_the_end(tmp_path: Path) -> None:

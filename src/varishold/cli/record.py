@@ -110,12 +110,15 @@ def _wait(recorder: Recorder, stream: Stream | None, limits: Limits, stop: Event
 
     begun_s, losses = time.monotonic(), Losses()
     looked: Change | None = None
-    silence = Silence(recorder.address)
+    silence, refusal_told = Silence(recorder.address), False
     with progress_bar("recorded", limits.samples) as show:
         while not recorder.wait(_LOOK_S) and not stop.is_set():
             show(completed=recorder.tally.samples)
             came = recorder.tally.samples + recorder.tally.refused
             silence.look(came, recorder, is_open=stream is None or stream.state == "open")
+            if recorder.tally.refused and not refusal_told:
+                refusal_told = True
+                tell(f"{recorder.address}: {recorder.tally.why}; such readings are not written")
             if stream is None:
                 continue
             for change in since(stream.changes, looked):
@@ -165,7 +168,7 @@ def _tell(recorder: Recorder, out: Path, *, json: bool) -> None:
     if recorder.missed:
         words.append(f"{recorder.missed} came faster than they could be written")
     if tally.refused:
-        words.append(f"{tally.refused} were not written: {tally.why}")
+        words.append(f"{counted(tally.refused, 'was', 'were')} not written: {tally.why}")
     if recorder.damaged:
-        words.append(unused_words(recorder.damaged))
+        words.append(unused_words(recorder.damaged, damage=recorder.damage))
     echo("; ".join(words if len(words) > 1 else [*words, "none lost"]))
