@@ -96,6 +96,8 @@ def test_words_are_two_only_where_a_command_has_two(monkeypatch: pytest.MonkeyPa
             1,
             "varishold: out.npz: no space left on device\n",
         ),
+        (OSError(errno.ENOSPC, "No space left on device"), 1, "varishold: standard output: no space left on device\n"),
+        (OSError(errno.EFBIG, "File too large"), 1, "varishold: standard output: file too large\n"),
         (OSError("Odd"), 1, "varishold: odd\n"),
         (OSError("Failed to open '/Data/Ä.npz'"), 1, "varishold: failed to open '/Data/Ä.npz'\n"),
         (OSError(errno.EIO, "/Data/A is lost"), 1, "varishold: /Data/A is lost\n"),

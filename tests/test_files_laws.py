@@ -438,7 +438,7 @@ def test_no_input_is_written_over_by_whatever_name(tmp_path: Path, monkeypatch: 
 def test_places_that_cannot_be_written_are_told_beforehand(tmp_path: Path) -> None:
     for path, message in (
         (tmp_path / "absent" / "it", "there is no folder .*absent; make it first"),
-        (tmp_path, "it is a folder; name a file in it"),
+        (tmp_path, "it is a folder; name a file in it, or what is not there yet"),
         (f"{tmp_path}/a\0b", "is no file name"),
     ):
         with pytest.raises(InputError, match=message):

@@ -487,6 +487,17 @@ def test_names_that_no_recording_could_hold_stand_as_their_codes(sent: str, pad:
     assert found.isprintable()
 
 
+@pytest.mark.parametrize("key", ["name", "pad", "sensor", "sensor_name", "sensor_id"])
+@pytest.mark.parametrize("said", ["left", 3])
+def test_pads_that_come_in_turn_say_which_they_are(key: str, said: str | int) -> None:
+    for values in ([[1, 2], [3, 4]], [1, 2, 3, 4]):
+        (found,) = read_message({key: said, "pressure": values}, shape=(2, 2)).pads.items()
+        assert (found[0], found[1].values.tolist()) == (str(said), [[1, 2], [3, 4]])
+    # A number of the message's own names no pad, and what holds the values is no name.
+    assert list(read_message({"id": said, "pressure": [[1, 2]]}).pads) == ["pad"]
+    assert list(read_message({key: [[1, 2], [3, 4]]}).pads) == [key]
+
+
 def test_a_blank_name_is_none() -> None:
     assert list(read_message({" ": [[1, 2], [3, 4]]}).pads) == ["pad"]
 

@@ -104,8 +104,8 @@ def calibrate_unlabelled(
     found = presses_of(recordings, known, pad=pad)
     if found.n < FEWEST_PRESSES:
         raise InputError(
-            f"gains cannot be told from {found.n} unlabelled presses: {FEWEST_PRESSES} are the least, 50 to 100 good; "
-            "or press all taxels evenly, and calibrate from that",
+            f"gains cannot be told from {counted(found.n, 'unlabelled press')}: {FEWEST_PRESSES} are the least, "
+            "50 to 100 good; or press all taxels evenly, and calibrate from that",
             parameter="kind",
         )
     _check_differ(found)

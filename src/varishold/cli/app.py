@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import sys
@@ -21,6 +22,9 @@ app = Commands(
     help="Tactile pattern recognition: feel a surface, grip an object, say what it is, how sure, and why.",
 )
 click.version_option(__version__, message="varishold %(version)s", help="Print the version and leave.")(app)
+
+# Where these come from no file, what is printed has no place.
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 # One file a group: its register(app) adds its commands and imports nothing heavy before a command runs.
 COMMAND_GROUPS: tuple[str, ...] = (
@@ -78,7 +82,9 @@ def run() -> int:
         return _fail(f"not enough memory: {str(error) or 'ask for less at once'}")
     except OSError as error:
         _silence()
-        where = f"{error.filename}: " if error.filename else ""
+        # What writes a file names it.
+        where = error.filename or ("standard output" if error.errno in _FULL else "")
+        where = f"{where}: " if where else ""
         return _fail(f"{where}{reason_of(error)}")
 
 

@@ -121,7 +121,7 @@ def check_output(
     except ValueError as error:
         raise InputError(f"{str(path)!r}: is no file name: {error}") from None
     if stat.S_ISDIR(mode):
-        raise InputError(f"{path}: cannot write here: it is a folder; name a file in it")
+        raise InputError(f"{path}: cannot write here: it is a folder; name a file in it, or what is not there yet")
     if not stat.S_ISREG(mode) and mode:
         return
     if not os.access(Path(path).absolute().parent, os.W_OK):

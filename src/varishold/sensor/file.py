@@ -134,7 +134,10 @@ def named_files(path: str | os.PathLike[str]) -> tuple[Path, ...]:
 
 def _map(path: str | os.PathLike[str], key: str, name: str, value: Any) -> Any:
     if isinstance(value, str):
-        return read_map(Path(path).parent / value, name)
+        try:
+            return read_map(Path(path).parent / value, name)
+        except InputError as error:
+            raise FormatError(f"{path}: {key}: {error}") from error
     if key == "rest" and not isinstance(value, list):
         return value
     array = as_array(value)

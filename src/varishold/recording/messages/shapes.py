@@ -67,7 +67,9 @@ class MessageShape:
     number: str = ""
 
 
-# A person's own JSON: the name says the unit.
+# A person's own JSON: fields that say which pad it is of; a number called id is that of the message as often.
+_PLAIN_NAMES = ("name", "pad", "sensor", "sensor_name", "sensor_id")
+# The name of a time says its unit.
 _PLAIN_CLOCK = (
     *(
         (f"{name}{unit}", unit_s)
@@ -104,7 +106,7 @@ MESSAGES: Mapping[str, MessageShape] = MappingProxyType(
         ),
         "mst": MessageShape("Shadow MST", ("magnetic_data",), magnetic_pads),
         "plain": MessageShape(
-            "an array under a telling name, as in tactile_msgs", (), plain_pads, ("name",), _PLAIN_CLOCK
+            "an array under a telling name, as in tactile_msgs", (), plain_pads, _PLAIN_NAMES, _PLAIN_CLOCK
         ),
         "grids": MessageShape("JSON of rows and columns, by any name", (), grids_pads, (), _PLAIN_CLOCK),
     }
