@@ -290,6 +290,23 @@ def test_validate_tells_of_places_where_no_taxels_stand(tmp_path: Path, case: st
     assert f"{told.stdout}{told.exception}".count(fault or "never said") == bool(fault)
 
 
+@pytest.mark.parametrize("falls", [False, True])
+@pytest.mark.parametrize("known", ["", "polarity = 'down'\nrest = 250", "rest = 250"])
+def test_validate_and_info_tell_of_readings_that_touch_refuses(tmp_path: Path, falls: bool, known: str) -> None:
+    y, x = np.mgrid[-6:7, -6:7]
+    force = np.repeat([0.0, 1.0, 3.0, 0.0], 4)[:, None, None] * np.maximum(4.0 - np.hypot(x, y), 0.0)
+    frames = 250 + (-20 if falls else 20) * force + np.random.default_rng(0).normal(0, 1, force.shape)
+    write(Recording({"pad": Pad(frames)}), tmp_path / "a.npz")
+    if known:
+        (tmp_path / "sensor.toml").write_text(known)
+    done = CliRunner().invoke(app, ["touch", str(tmp_path / "a.npz")])
+    fault = "" if done.exception is None else str(done.exception).removeprefix(f"{tmp_path / 'a.npz'}: ")
+    assert bool(fault) == (falls != ("down" in known))
+    told = said("validate", tmp_path / "a.npz", status=bool(fault))
+    assert told == f"{tmp_path / 'a.npz'}: {fault or 'no fault found'}\n"
+    assert said("info", tmp_path / "a.npz").count(f"fault: {fault or 'none'}") == bool(fault)
+
+
 def test_validate_asks_about_a_pitch_in_millimetres(tmp_path: Path) -> None:
     write(Recording({"pad": Pad(np.random.default_rng(0).normal(5, 1, (9, 3, 4)), pitch_m=4.0)}), tmp_path / "a.npz")
     assert "4 m apart: is the pitch in millimetres?" in said("validate", tmp_path / "a.npz", status=1)

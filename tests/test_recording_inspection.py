@@ -60,6 +60,15 @@ def test_a_clock_that_goes_back_or_stands_still_or_lacks_frames_is_told() -> Non
     assert found.jitter_s == 0
 
 
+@given(st.integers(0, 18), st.sampled_from([2.0**32 * 1e-6, 0.05, 7.0]))
+def test_a_clock_that_begins_anew_lasts_as_long_as_it_went_forward(at: int, back_s: float) -> None:
+    time_s = 5000.0 + 0.01 * np.arange(20)
+    time_s[at + 1 :] -= back_s
+    found = summarize(Recording({"pad": Pad(np.ones((20, 1, 1)))}, time_s=time_s)).time
+    assert (found.n_back, found.begin_s) == (1, 5000.0)
+    assert found.duration_s == pytest.approx(0.18)
+
+
 def test_a_recording_of_one_frame_has_no_rate() -> None:
     found = summarize(Recording({"pad": Pad(np.ones((1, 2, 2)))}, time_s=np.array([5.0]))).time
     assert (found.rate_hz, found.jitter_s, found.begin_s, found.duration_s) == (None, None, 5.0, 0.0)

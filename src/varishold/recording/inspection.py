@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -69,6 +71,7 @@ class TimeSummary:
     Parameters
     ----------
     begin_s, duration_s : float
+        When the first came, and how long it took to the last: where time goes back, as long as it went forward.
     rate_hz : float or None
         Of the usual interval; None of a single frame, or where time stands still.
     jitter_s : float or None
@@ -242,12 +245,13 @@ def _time(time_s: NDArray[np.float64]) -> TimeSummary:
     gaps = np.concatenate([k * _TIMES + np.flatnonzero(piece > _GAP * usual) for k, piece in enumerate(steps())])
     lasting = time_s[gaps + 1] - time_s[gaps]
     longest = np.argsort(-lasting, kind="stable")[:_MOST_GAPS]
+    n_back = sum(int(np.count_nonzero(piece < 0)) for piece in steps())
     return TimeSummary(
         begin_s=float(time_s[0]),
-        duration_s=float(time_s[-1] - time_s[0]),
+        duration_s=math.fsum(chain.from_iterable(forward())) if n_back else float(time_s[-1] - time_s[0]),
         rate_hz=1 / usual if known else None,
         jitter_s=round(jitter, 12) if known else None,
-        n_back=sum(int(np.count_nonzero(piece < 0)) for piece in steps()),
+        n_back=n_back,
         n_repeated=sum(int(np.count_nonzero(piece == 0)) for piece in steps()),
         n_gaps=gaps.size,
         n_lacking=int((np.round(lasting / usual) - 1).sum()) if known else 0,

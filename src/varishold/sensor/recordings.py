@@ -19,7 +19,7 @@ from varishold.recording.pad import UNNAMED_PAD, far_apart
 from varishold.recording.stored import Column, Stored, StoredPad
 from varishold.sensor.model import Sensor
 
-__all__ = ["misplaced", "placed_by", "upright_recording", "upright_stored"]
+__all__ = ["misplaced", "placed_by", "upright_recording", "upright_stored", "wrong_way"]
 
 # Readings go the wrong way where at the start every taxel is this share of the range away from its rest ...
 _AWAY = 0.25
@@ -67,6 +67,37 @@ def misplaced(recording: Recording, sensor: Sensor | None) -> tuple[str, ...]:
             _ = None if placed is None else placed.resampling
         except InputError as error:
             found.append(f"{which}{error}")
+    return tuple(dict.fromkeys(found))
+
+
+def wrong_way(recording: Recording, sensor: Sensor | None) -> tuple[str, ...]:
+    """Return in words which pads' readings go another way than is said, so that `upright_recording` refuses them.
+
+    Parameters
+    ----------
+    recording : Recording
+        Raw readings. Of a pad whose own polarity is down nothing is said without a sensor.
+    sensor : Sensor or None
+        What made them.
+
+    Examples
+    --------
+    >>> y, x = np.mgrid[-6:7, -6:7]
+    >>> falling = 250 - np.repeat([0.0, 20.0, 60.0], 4)[:, None, None] * np.maximum(4.0 - np.hypot(x, y), 0.0)
+    >>> wrong_way(Recording({"pad": Pad(falling)}), Sensor(polarity="down", rest=250.0))
+    ()
+    >>> wrong_way(Recording({"pad": Pad(falling)}), None)[0][:65]
+    "readings of pad 'pad' fall where something presses, from about 25"
+    """
+    found = []
+    for name, pad in recording.pads.items():
+        try:
+            if sensor is not None:
+                _upright_pad(recording, name, pad, sensor)
+            elif pad.polarity == "up":
+                _check_rises(pad.frames, pad.usable, pad.polarity, name, "")
+        except InputError as error:
+            found.append(str(error))
     return tuple(dict.fromkeys(found))
 
 
