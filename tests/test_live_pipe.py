@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from types import SimpleNamespace
 from typing import Any
 
@@ -234,6 +235,12 @@ def test_text_that_holds_no_frame_is_told_by_what_stands_in_it(
         source.read(0.5)
     assert f" in them: {why}; write JSON" in str(told.value)
     assert not pipe.waits[3:]
+
+
+def test_json_of_several_lines_is_told_to_be_one() -> None:
+    lines = JsonLines(address(""))
+    with pytest.raises(InputError, match="; each line is to be one reading"):
+        lines.samples(json.dumps({"pressure": [[1, 2], [3, 4]]}, indent=1).encode())
 
 
 def test_a_cable_whose_text_holds_no_frame_is_told_by_what_stands_in_it(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -498,6 +498,33 @@ def test_pads_that_come_in_turn_say_which_they_are(key: str, said: str | int) ->
     assert list(read_message({key: [[1, 2], [3, 4]]}).pads) == [key]
 
 
+@pytest.mark.parametrize("field", [None, "pressure"])
+@pytest.mark.parametrize("shape", [(2, 4), (8, 1)])
+def test_three_values_a_place_of_an_array_are_its_axes(shape: tuple[int, int], field: str | None) -> None:
+    axes = np.arange(24.0).reshape(8, 3)
+    rows = {"name": "tip", "pressure": axes.reshape(*shape, 3).tolist()}
+    flat = {"name": "tip", "pressure": axes.tolist()}
+    for message, asked in ((rows, None), (flat, shape)):
+        found = read_message(message, shape=asked, field=field).pads
+        pad, shear = ("pad", "shear.pad") if field else ("tip", "shear.tip")
+        assert list(found) == [pad, shear]
+        assert found[pad].values.tolist() == axes[:, 2].reshape(shape).tolist()
+        assert (found[shear].kind, found[shear].values.tolist()) == ("signals", axes[:, :2].ravel().tolist())
+    # Rows and columns stay where nothing says otherwise, and several frames of three columns are asked for as such.
+    assert read_message(flat).pads["tip"].values.shape == (8, 3)
+    assert len(read_message({"pressure": axes.ravel().tolist()}, shape=(4, 3)).pads) == 2
+
+
+@pytest.mark.parametrize("name", ["timestamp", "time", "t"])
+def test_a_time_may_be_a_date(name: str) -> None:
+    message = {"pressure": [[1, 2]], name: "2026-11-30T10:00:03.25Z"}
+    assert read_message(message).time_s == 1796032803.25
+    assert read_message({**message, name: "2026-11-30 11:00:03,25+01:00"}).time_s == 1796032803.25
+    assert read_message({**message, name: "soon"}).time_s is None
+    # One that counts goes before.
+    assert read_message({**message, "time_s": 7}).time_s == 7
+
+
 def test_a_blank_name_is_none() -> None:
     assert list(read_message({" ": [[1, 2], [3, 4]]}).pads) == ["pad"]
 

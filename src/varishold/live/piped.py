@@ -80,7 +80,10 @@ class JsonLines:
         found: list[Sample] = []
         for line in lines:
             if not self._too_long and line.strip():
-                found += self._interpreter.payload(line)
+                try:
+                    found += self._interpreter.payload(line)
+                except InputError as error:
+                    raise InputError(f"{error}; each line is to be one reading", parameter=error.parameter) from error
             self._too_long = False
         if len(self._rest) > _LONGEST:
             self._rest, self._too_long = b"", True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -59,7 +60,7 @@ def plain_pads(fields: Fields, asked: Asked) -> dict[str, MessagePad] | None:
     for name in _PLAIN:
         values = numbers_in(fields.get(name))
         if values is not None:
-            pads = grid_pads(values, asked)
+            pads = _plain_pads(values, asked)
             warmth = numbers_in(fields.get("temperature"))
             if pads and warmth is not None and warmth.ndim == 1 and warmth.size:
                 pads["temperature."] = signal_pad(warmth)
@@ -76,4 +77,13 @@ def grids_pads(fields: Fields, asked: Asked) -> dict[str, MessagePad] | None:
 def asked_pads(fields: Fields, asked: Asked) -> dict[str, MessagePad] | None:
     """Return the pads of the field that was asked for; None where it is no array."""
     values = numbers_in(value_at(fields, asked.field or ""))
-    return None if values is None else grid_pads(values, asked)
+    return None if values is None else _plain_pads(values, asked)
+
+
+def _plain_pads(values: NDArray[Any], asked: Asked) -> dict[str, MessagePad]:
+    """Return the pads that values make, of which three at the last place are x, y, z of a taxel."""
+    if values.ndim == 3 and values.shape[2] == 3 and len(values) > 1:
+        return normal_and_shear(values.reshape(-1, 3), values.shape[:2])
+    if values.ndim == 2 and values.shape[1] == 3 and asked.shape is not None and len(values) == math.prod(asked.shape):
+        return normal_and_shear(values, asked.shape)
+    return grid_pads(values, asked)

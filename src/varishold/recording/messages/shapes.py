@@ -239,7 +239,12 @@ def _own_time(fields: Fields, shape: MessageShape) -> float | None:
 
 
 def _calendar_time(fields: Fields) -> float | None:
-    """Return a time since 1970 in seconds, told by how large it is whether in seconds or in parts of them."""
+    """Return a time since 1970 in seconds: of a date, or of a number, whose size tells whether it counts parts of them."""
+    for text in (fields.get(name) for name in _BARE_CLOCK):
+        if isinstance(text, str):
+            from varishold.recording.formats.csv_dates import date_seconds
+
+            return date_seconds(text)
     value = _first_number(fields, *_BARE_CLOCK)
     units = (unit_s for unit_s in (1.0, 1e-3, 1e-6, 1e-9) if value is not None)
     return next((value * u for u in units if value is not None and _CALENDAR[0] <= value * u < _CALENDAR[1]), None)
