@@ -74,6 +74,17 @@ def test_times_that_go_back_hold_nothing_up(tmp_path: Path, times: list[float]) 
     assert [sample.device_time_s for sample in samples] == times
 
 
+def test_a_recording_that_is_a_folder_is_played(tmp_path: Path) -> None:
+    frames = np.random.default_rng(0).integers(0, 9, (7, 3, 4)).astype(np.float32)
+    varishold.write(Recording({"pad": Pad(frames)}, time_s=np.arange(7) / 50), tmp_path / "a.lerobot")
+    samples = list(samples_of(source_at(f"replay:{tmp_path}/a.lerobot?speed=0")))
+    assert np.array_equal([sample.pads["pad"] for sample in samples], frames)
+    assert [sample.device_time_s for sample in samples] == pytest.approx(np.arange(7) / 50)
+    # A folder that is none says so.
+    with pytest.raises(InputError, match="is a folder; name a file in it"):
+        list(samples_of(source_at(f"replay:{tmp_path}?speed=0")))
+
+
 def test_what_cannot_be_is_told(tmp_path: Path) -> None:
     (tmp_path / "a.npz").write_bytes(b"PK nothing")
     for text, words in (

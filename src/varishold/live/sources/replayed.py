@@ -29,7 +29,7 @@ class Replayed:
     ----------
     address : str
     file : str
-        Of any format that `varishold.recording.read` reads.
+        A file or folder of any format that `varishold.recording.read` reads.
     speed : float
         Its seconds in one of ours; 0 for as fast as it goes.
     rate_hz : float
@@ -123,7 +123,9 @@ def _due_s(recording: Recording, rate_hz: float) -> NDArray[np.float64]:
 
 def _make(address: Address) -> Source:
     address.only("speed", "rate_hz", "loop", "shape", "pitch_m", "polarity")
-    if not Path(address.place).is_file():
+    # A recording may be a folder.
+    path = Path(address.place)
+    if not address.place or not path.exists():
         raise InputError(f"{address.text}: there is no file {address.place!r}")
     polarity = address.options.get("polarity", "up")
     if polarity not in ("up", "down"):
@@ -133,7 +135,7 @@ def _make(address: Address) -> Source:
     speed = address.number("speed", 1.0, least=0, most=1e6)
     rate_hz = address.number("rate_hz", 100.0, least=1e-3, most=1e6)
     loop = bool(address.whole("loop", 0, least=0, most=1))
-    if is_measured(address.place):
+    if path.is_file() and is_measured(path):
         from varishold.live.sources.measured import Measured
 
         return Measured(address.text, address.place, speed=speed, loop=loop, reading=reading)

@@ -239,7 +239,7 @@ def _own_time(fields: Fields, shape: MessageShape) -> float | None:
 
 
 def _calendar_time(fields: Fields) -> float | None:
-    """Return a time since 1970 in seconds: of a date, or of a number, whose size tells whether it counts parts of them."""
+    """Return a time since 1970 in seconds, of a date or a number; its size tells whether it counts parts of them."""
     for text in (fields.get(name) for name in _BARE_CLOCK):
         if isinstance(text, str):
             from varishold.recording.formats.csv_dates import date_seconds
