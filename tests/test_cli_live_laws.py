@@ -120,6 +120,12 @@ def test_a_page_is_as_its_options_say(told: Told, tmp_path: Path) -> None:
     assert told.shown == ()
 
 
+def test_a_folder_that_is_not_there_is_told_before_anything_is_recorded(told: Told, tmp_path: Path) -> None:
+    _, failure = ends(told, ("live", "sim:sphere", "--folder", tmp_path / "absent"))
+    assert failure == f"{tmp_path / 'absent'}: there is no such folder; make it first"
+    assert "source" not in told
+
+
 def test_a_page_stays_when_its_source_has_ended_but_lines_end(told: Told) -> None:
     told.over_at = 1
     # With lines it ends with the source; nothing but lines is printed.

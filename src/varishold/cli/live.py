@@ -14,6 +14,7 @@ from varishold.cli.files import Reads, Writes
 from varishold.cli.options import refuse_given
 from varishold.cli.printing import echo, print_json, tell
 from varishold.cli.silence import Silence
+from varishold.errors import InputError
 
 if TYPE_CHECKING:
     from varishold.learning import PressClassifier
@@ -80,6 +81,9 @@ def live(
         refuse_given("host", "folder", because="is of the page, and with --json there is none without --port: give it")
         _print_lines(source, **watched)
         return
+    if not folder.is_dir():
+        # Who presses Record would be told, and has lost what came until then.
+        raise InputError(f"{folder}: there is no such folder; make it first")
     from varishold.live.door import is_loopback
     from varishold.live.server import PageServer
     from varishold.live.session import Session
