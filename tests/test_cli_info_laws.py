@@ -307,6 +307,20 @@ def test_validate_and_info_tell_of_readings_that_touch_refuses(tmp_path: Path, f
     assert said("info", tmp_path / "a.npz").count(f"fault: {fault or 'none'}") == bool(fault)
 
 
+@pytest.mark.parametrize("sensor_m", [None, 4e-3, 5e-3, 5.02e-3])
+@pytest.mark.parametrize("own_m", [None, 5e-3])
+def test_two_pitches_are_told(tmp_path: Path, own_m: float | None, sensor_m: float | None) -> None:
+    file = tmp_path / "a.npz"
+    write(Recording({"pad": Pad(np.random.default_rng(0).normal(5, 1, (9, 3, 4)), pitch_m=own_m)}), file)
+    (tmp_path / "sensor.toml").write_text("" if sensor_m is None else f"pitch_m = {sensor_m}\n")
+    fault = f"taxels are 5 mm apart by the recording, which is taken, and 4 mm by {tmp_path / 'sensor.toml'}"
+    is_told = (own_m, sensor_m) == (5e-3, 4e-3)
+    assert said("validate", file, status=is_told) == f"{file}: {fault if is_told else 'no fault found'}\n"
+    assert said("info", file).count(fault) == is_told
+    assert fault not in said("touch", file, "--frames", 0, "--pitch-m", 0.005)
+    assert ("which is taken" in " ".join(said("touch", file, "--frames", 0).split())) == is_told
+
+
 def test_validate_asks_about_a_pitch_in_millimetres(tmp_path: Path) -> None:
     write(Recording({"pad": Pad(np.random.default_rng(0).normal(5, 1, (9, 3, 4)), pitch_m=4.0)}), tmp_path / "a.npz")
     assert "4 m apart: is the pitch in millimetres?" in said("validate", tmp_path / "a.npz", status=1)

@@ -62,6 +62,7 @@ def read_recording(
 
     from varishold.recording import read
     from varishold.recording.pad import far_apart
+    from varishold.sensor.recordings import other_pitches
     from varishold.sensor.words import sensor_name
 
     if sensor is None:
@@ -76,6 +77,8 @@ def read_recording(
     notes = [f"read with the sensor {sensor_name(sensor)}"]
     if any(pad.pitch_m is None and pad.positions_m is None for pad in recording.pads.values()):
         notes += far_apart(sensor.pitch_m, sensor.positions_m)
+    if pitch_m is None:
+        notes += other_pitches(recording, sensor)
     return replace(recording, notes=(*recording.notes, *notes))
 
 

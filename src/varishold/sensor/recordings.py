@@ -19,12 +19,14 @@ from varishold.recording.pad import UNNAMED_PAD, far_apart
 from varishold.recording.stored import Column, Stored, StoredPad
 from varishold.sensor.model import Sensor
 
-__all__ = ["misplaced", "placed_by", "upright_recording", "upright_stored", "wrong_way"]
+__all__ = ["misplaced", "other_pitches", "placed_by", "upright_recording", "upright_stored", "wrong_way"]
 
 # Readings go the wrong way where at the start every taxel is this share of the range away from its rest ...
 _AWAY = 0.25
 # ... and what changes afterwards goes back so many times as much as on.
 _BACK = 2.0
+# A pitch is another one where it differs by more than this share of it.
+_SAME_PITCH = 0.01
 # Frames that are looked at to see which way they go.
 _LOOKED_AT = 256
 
@@ -56,7 +58,7 @@ def misplaced(recording: Recording, sensor: Sensor | None) -> tuple[str, ...]:
     >>> misplaced(Recording({"pad": Pad(np.ones((2, 1, 3)), positions_m=[[0, 0], [1, 0], [0, 1]])}), None)
     ('taxels are 1 m apart: are positions_m in millimetres?',)
     """
-    found = []
+    found = [] if sensor is None else other_pitches(recording, sensor)
     for name, pad in recording.pads.items():
         which = "" if name == UNNAMED_PAD else f"pad {name}: "
         found += [f"{which}{words}" for words in far_apart(pad.pitch_m, pad.positions_m)]
@@ -68,6 +70,29 @@ def misplaced(recording: Recording, sensor: Sensor | None) -> tuple[str, ...]:
         except InputError as error:
             found.append(f"{which}{error}")
     return tuple(dict.fromkeys(found))
+
+
+def other_pitches(recording: Recording, sensor: Sensor) -> list[str]:
+    """Return in words which pads have another pitch by the recording than by their sensor; the recording's is taken.
+
+    Examples
+    --------
+    >>> other_pitches(Recording({"pad": Pad(np.ones((2, 3, 3)), pitch_m=5e-3)}), Sensor(pitch_m=(4e-3, 5e-3)))
+    ['taxels are 5 mm apart by the recording, which is taken, and 4 x 5 mm by the sensor']
+    """
+    found = []
+    for name, pad in recording.pads.items():
+        which = "" if name == UNNAMED_PAD else f"pad {name}: "
+        if pad.pitch_m is None or sensor.pitch_m is None or np.allclose(pad.pitch_m, sensor.pitch_m, _SAME_PITCH, 0.0):
+            continue
+        here, there = (
+            " x ".join(f"{1e3 * each:.4g}" for each in dict.fromkeys(p)) for p in (pad.pitch_m, sensor.pitch_m)
+        )
+        found.append(
+            f"{which}taxels are {here} mm apart by the recording, which is taken, and {there} mm by "
+            f"{sensor.source or sensor.name or 'the sensor'}"
+        )
+    return found
 
 
 def wrong_way(recording: Recording, sensor: Sensor | None) -> tuple[str, ...]:
