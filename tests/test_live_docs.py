@@ -27,7 +27,7 @@ ADDRESSES = sorted(set(re.findall(rf"(?:{'|'.join(KINDS)}):[^\s`\"|,;)]+", TEXT)
 
 
 def test_the_framing_of_ten_lines(tmp_path: Path) -> None:
-    (block,) = re.findall(r"```toml\n(.*?)```", TEXT, re.DOTALL)
+    block, of_text = re.findall(r"```toml\n(.*?)```", TEXT, re.DOTALL)
     assert len(block.splitlines()) <= 10
     (tmp_path / "palm.toml").write_text(block)
     frames = np.random.default_rng(0).integers(0, 4096, (5, 8, 8)).astype(np.uint16)
@@ -39,6 +39,12 @@ def test_the_framing_of_ten_lines(tmp_path: Path) -> None:
     assert [reading.sequence for reading in readings] == [0, 1, 2, 3, 4]
     assert np.array_equal([reading.pads["pad"] for reading in readings], frames)
     assert readings[0].pads["pad"].dtype == np.uint16
+    # The same as text.
+    (tmp_path / "text.toml").write_text(of_text)
+    lines = [",".join(map(str, [20 * k, *frame.ravel()])) + "\n" for k, frame in enumerate(frames)]
+    readings = decoder_of(read_framing(tmp_path / "text.toml")).feed("".join(lines).encode())
+    assert np.array_equal([reading.pads["pad"] for reading in readings], frames)
+    assert [reading.device_time_s for reading in readings] == pytest.approx([0.0, 0.02, 0.04, 0.06, 0.08])
 
 
 def test_the_python_of_zero_and_health_runs(capsys: pytest.CaptureFixture[str]) -> None:
