@@ -182,26 +182,35 @@ class Guessed:
         return found if self._by is None else [*found, *self._by.finish()]
 
     def _told(self) -> Unpacking | None:
-        """Return what reads the first line that holds something; None as long as none has come."""
-        while True:
+        """Return what reads the first line that holds something, with which what is left begins; None before it."""
+        lines = self._first.split(b"\n")
+        for behind, line in enumerate(lines, 1):
             # Programs of Windows mark the begin of a text.
-            self._first = self._first.lstrip().removeprefix(codecs.BOM_UTF8).lstrip()
-            if self._first[:1] in (b"{", b"["):
-                return JsonLines(self._address)
-            line, ended, rest = self._first.partition(b"\n")
-            if not ended and len(line) <= _LONGEST:
-                return None
-            numbers = numbers_of(line)
-            if numbers and self._shape is not None and len(numbers) >= self._shape[0] * self._shape[1]:
-                return _framed(self._address, "arduino-line")
-            if not ended or (numbers and (self._shape is None or len(numbers) == self._shape[1])):
-                return _framed(self._address, "arduino-rows")
-            self._first = rest
-            self._passed += 1
-            if numbers and self._shape is not None:
-                self._why = unlike_words((len(numbers),), self._shape)
-            else:
-                self._why = f"{shown_line(line)} is neither JSON nor a line of numbers"
+            line = line.lstrip().removeprefix(codecs.BOM_UTF8).lstrip()
+            by = self._read_by(line, ended=behind < len(lines)) if line else None
+            if by is not None:
+                self._first = b"\n".join([line, *lines[behind:]])
+                return by
+        self._first = lines[-1].lstrip()
+        return None
+
+    def _read_by(self, line: bytes, *, ended: bool) -> Unpacking | None:
+        """Return what reads a line and those behind it; None where it holds nothing, or is not told before its end."""
+        if line[:1] in (b"{", b"["):
+            return JsonLines(self._address)
+        if not ended:
+            return _framed(self._address, "arduino-rows") if len(line) > _LONGEST else None
+        numbers, shape = numbers_of(line), self._shape
+        if numbers and shape is not None and len(numbers) >= shape[0] * shape[1]:
+            return _framed(self._address, "arduino-line")
+        if numbers and (shape is None or len(numbers) == shape[1]):
+            return _framed(self._address, "arduino-rows")
+        self._passed += 1
+        if numbers and shape is not None:
+            self._why = unlike_words((len(numbers),), shape)
+        else:
+            self._why = f"{shown_line(line)} is neither JSON nor a line of numbers"
+        return None
 
 
 def unpacking_at(address: Address) -> Unpacking:
