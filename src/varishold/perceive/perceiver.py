@@ -243,12 +243,12 @@ class Perceiver:
         Parameters
         ----------
         among : iterable of str, optional
-            What can be done next; default: every touch of the library that was not made yet.
+            As `plan` takes it.
 
         Returns
         -------
         tuple of str and float, or None
-            As `plan`; None where nothing can be done.
+            None where nothing can be done.
         """
         wanted = self.plan(among)
         return None if wanted is None else (wanted.touch, wanted.nats)
@@ -263,13 +263,13 @@ class Perceiver:
         Parameters
         ----------
         among : iterable of str, optional
-            What can be done next; default: every touch of the library that was not made yet. Of what was made at the
-            object where it stands nothing new is expected.
+            What can be done next, but for what was made where the object stands; default: every touch of the library
+            that was not made yet.
 
         Returns
         -------
         NextTouch or None
-            None where nothing can be done that is expected to tell anything new.
+            None where nothing can be done.
         """
         touches, seconds = self.library.touches, self.library.seconds
         takes = {touch: model.cost for touch, model in touches.items()} if seconds is None else seconds

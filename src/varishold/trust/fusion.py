@@ -154,7 +154,7 @@ def choose_weights(
     log_prior : array_like of shape (k,), optional
         As in `fuse`.
     counts : array_like of shape (n,), optional
-        How much each grasp counts, as `class_weights` gives it; above 0. Default: all alike.
+        How much each grasp counts, above 0. Default: all alike.
 
     Returns
     -------
@@ -164,7 +164,7 @@ def choose_weights(
     Raises
     ------
     InputError
-        As `fuse`, and if `truth` or `counts` do not fit.
+        As `fuse`, and if `truth` or `counts` does not fit.
 
     Examples
     --------
