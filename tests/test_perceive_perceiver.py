@@ -204,19 +204,6 @@ def test_a_moved_object_may_be_felt_on() -> None:
     assert perceiver.belief.touches == ("grasp", "higher")
 
 
-def test_nothing_new_is_expected_of_a_touch_that_was_made_where_the_object_stands() -> None:
-    perceiver = Perceiver(some_library(), least_touches=2)
-    perceiver.feel(world(OBJECTS["box"], np.random.default_rng(9))[0])
-    assert perceiver.plan(["grasp"]) is None
-    both = perceiver.plan(["grasp", "higher"])
-    assert both is not None
-    assert both.touch == "higher"
-    perceiver.moved()
-    again = perceiver.plan(["grasp"])
-    assert again is not None
-    assert again.nats > 0
-
-
 def test_reasons_name_the_objects_and_what_spoke() -> None:
     rng = np.random.default_rng(10)
     reasons = [

@@ -263,8 +263,7 @@ class Perceiver:
         Parameters
         ----------
         among : iterable of str, optional
-            What can be done next, but for what was made where the object stands; default: every touch of the library
-            that was not made yet.
+            What can be done next; default: every touch of the library that was not made yet.
 
         Returns
         -------
@@ -274,8 +273,7 @@ class Perceiver:
         touches, seconds = self.library.touches, self.library.seconds
         takes = {touch: model.cost for touch, model in touches.items()} if seconds is None else seconds
         can = [t for t in touches if t not in self.belief.touches] if among is None else as_names(among, "among")
-        new = (touch for touch in can if touch in touches and touch not in self.belief.here)
-        gains = {touch: expected_information(self.belief, touch) for touch in new}
+        gains = {touch: expected_information(self.belief, touch) for touch in can if touch in touches}
         if not gains:
             return None
         k = self.belief.best_kind
