@@ -53,14 +53,14 @@ def info(
 
     from varishold.cli.recordings import each_file, recording_files
     from varishold.recording.inspection import summarize
-    from varishold.sensor.recordings import misplaced, wrong_way
+    from varishold.sensor.recordings import faults_beside
 
     def tell(file: str) -> None:
         recording, known = _read(file, sensor, shape)
         found = summarize(recording)
         # What is only asked about is among the notes.
-        refused = (fault for fault in misplaced(recording, known) if fault not in found.notes)
-        found = replace(found, faults=(*found.faults, *refused, *wrong_way(recording, known)))
+        more = (fault for fault in faults_beside(recording, known) if fault not in found.notes)
+        found = replace(found, faults=(*found.faults, *more))
         if json:
             print_json({"file": file, **found.to_dict()})
             return
@@ -82,13 +82,13 @@ def validate(
     from varishold.cli.recordings import recording_files
     from varishold.errors import InputError
     from varishold.recording.inspection import faults_of
-    from varishold.sensor.recordings import misplaced, wrong_way
+    from varishold.sensor.recordings import faults_beside
 
     n_faults = 0
     for file in recording_files(files):
         try:
             recording, known = _read(file, sensor, shape)
-            faults = (*faults_of(recording), *misplaced(recording, known), *wrong_way(recording, known))
+            faults = (*faults_of(recording), *faults_beside(recording, known))
         except InputError as error:
             faults = (str(error).removeprefix(f"{file}: "),)
         n_faults += len(faults)

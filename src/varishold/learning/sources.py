@@ -122,8 +122,7 @@ class Learned:
         By how much standardized measures are known to have shifted since, of each source; empty where nothing is known.
     forms : Learned or None
         What was learned of forms alone, from copies of the presses as another day may bring them: it judges whether
-        something is known, and names what was felt where or as hard as nothing in the sessions that were learned.
-        None: these sources do so themselves.
+        something is known, and has a share of every answer. None: these sources do so themselves.
     """
 
     sources: Mapping[str, Source]

@@ -19,7 +19,15 @@ from varishold.recording.pad import UNNAMED_PAD, far_apart
 from varishold.recording.stored import Column, Stored, StoredPad
 from varishold.sensor.model import Sensor
 
-__all__ = ["misplaced", "other_pitches", "placed_by", "upright_recording", "upright_stored", "wrong_way"]
+__all__ = [
+    "faults_beside",
+    "misplaced",
+    "other_pitches",
+    "placed_by",
+    "upright_recording",
+    "upright_stored",
+    "wrong_way",
+]
 
 # Readings go the wrong way where at the start every taxel is this share of the range away from its rest ...
 _AWAY = 0.25
@@ -70,6 +78,11 @@ def misplaced(recording: Recording, sensor: Sensor | None) -> tuple[str, ...]:
         except InputError as error:
             found.append(f"{which}{error}")
     return tuple(dict.fromkeys(found))
+
+
+def faults_beside(recording: Recording, sensor: Sensor | None) -> tuple[str, ...]:
+    """Return in words what is wrong with a recording's places and readings beside what its sensor is said to be."""
+    return (*misplaced(recording, sensor), *wrong_way(recording, sensor))
 
 
 def other_pitches(recording: Recording, sensor: Sensor) -> list[str]:
