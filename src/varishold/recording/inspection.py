@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from varishold._counted import counted
 from varishold.frame.doubts import doubts_of
 from varishold.frame.order_statistics import median_of
-from varishold.recording.pad import UNNAMED_PAD, Pad, far_apart
+from varishold.recording.pad import Pad, far_apart, of_pad
 from varishold.recording.recording import Recording
 from varishold.recording.time_unit import no_seconds
 
@@ -184,7 +184,7 @@ def faults_of(recording: Recording) -> tuple[str, ...]:
             where = f"{_gaps(time.n_gaps)}, the longest of {lasts_s:.4g} s before frame {frame}"
             found.append(f"{many} lacking in {where}")
     for name, pad in recording.pads.items():
-        which = "" if name == UNNAMED_PAD else f"pad {name}: "
+        which = of_pad(name)
         found += [f"{which}{remark}" for remark in pad.remarks]
     return tuple(found)
 
@@ -192,7 +192,7 @@ def faults_of(recording: Recording) -> tuple[str, ...]:
 def _doubted(recording: Recording) -> list[str]:
     found = []
     for name, pad in recording.pads.items():
-        which = "" if name == UNNAMED_PAD else f"pad {name}: "
+        which = of_pad(name)
         doubts = (*far_apart(pad.pitch_m, pad.positions_m), *doubts_of(pad.frames, pad.usable))
         found += [f"{which}{words}" for words in doubts]
     return found

@@ -21,7 +21,7 @@ from varishold.frame.slow_drift import slow_drift
 from varishold.frame.taxels_apart import spacing_of
 from varishold.recording.kept import checked_notes, frozen
 
-__all__ = ["UNNAMED_PAD", "Pad", "far_apart", "frame_of", "pad_remarks"]
+__all__ = ["UNNAMED_PAD", "Pad", "far_apart", "frame_of", "of_pad", "pad_remarks"]
 
 #: The name of a pad that has none.
 UNNAMED_PAD = "pad"
@@ -147,6 +147,17 @@ def pad_remarks(pad: Pad) -> Iterator[str]:
         )
     yield from far_apart(pad.pitch_m, pad.positions_m)
     yield from doubts_of(pad.frames, pad.usable)
+
+
+def of_pad(name: str) -> str:
+    """Return what stands before a fault of a pad: its name, where somebody gave it one.
+
+    Examples
+    --------
+    >>> of_pad("left"), of_pad(UNNAMED_PAD)
+    ('pad left: ', '')
+    """
+    return "" if name == UNNAMED_PAD else f"pad {name}: "
 
 
 def far_apart(pitch_m: tuple[float, float] | None, positions_m: NDArray[np.float64] | None = None) -> list[str]:

@@ -18,7 +18,7 @@ from varishold._remade import remade
 from varishold.errors import InputError, require_a
 from varishold.frame.checks import as_given
 from varishold.recording.kept import checked_notes, checked_unit, frozen
-from varishold.recording.pad import UNNAMED_PAD, Pad, pad_remarks
+from varishold.recording.pad import Pad, of_pad, pad_remarks
 from varishold.recording.press_table import Mark, PressTable, checked_marks, checked_press, press_remarks, press_table
 from varishold.recording.pressure_unit import pascals_per_unit
 from varishold.recording.signals import Signals
@@ -131,7 +131,7 @@ class Recording:
                 found.append(f"time goes back at frame {int(back[0]) + 1}{more}")
         found += press_remarks(self.press, self.press_columns)
         for name, pad in self.pads.items():
-            which = "" if name == UNNAMED_PAD else f"pad {name}: "
+            which = of_pad(name)
             found += [f"{which}{remark}" for remark in pad_remarks(pad)]
         return tuple(found)
 

@@ -15,7 +15,7 @@ from varishold.frame.polarity import find_fall
 from varishold.frame.spread import spread_over
 from varishold.recording import Pad, Recording
 from varishold.recording.mended import stored_without_faults, without_faults
-from varishold.recording.pad import UNNAMED_PAD, far_apart
+from varishold.recording.pad import far_apart, of_pad
 from varishold.recording.stored import Column, Stored, StoredPad
 from varishold.sensor.model import Sensor
 
@@ -68,7 +68,7 @@ def misplaced(recording: Recording, sensor: Sensor | None) -> tuple[str, ...]:
     """
     found = [] if sensor is None else other_pitches(recording, sensor)
     for name, pad in recording.pads.items():
-        which = "" if name == UNNAMED_PAD else f"pad {name}: "
+        which = of_pad(name)
         found += [f"{which}{words}" for words in far_apart(pad.pitch_m, pad.positions_m)]
         if sensor is not None and pad.pitch_m is None and pad.positions_m is None:
             found += far_apart(sensor.pitch_m, sensor.positions_m)
@@ -95,7 +95,7 @@ def other_pitches(recording: Recording, sensor: Sensor) -> list[str]:
     """
     found = []
     for name, pad in recording.pads.items():
-        which = "" if name == UNNAMED_PAD else f"pad {name}: "
+        which = of_pad(name)
         if pad.pitch_m is None or sensor.pitch_m is None or np.allclose(pad.pitch_m, sensor.pitch_m, _SAME_PITCH, 0.0):
             continue
         here, there = (
