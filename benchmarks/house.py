@@ -92,6 +92,7 @@ NEW = (
     "live",
     "recording/conversion.py",
     "perceive/contour_mesh.py",
+    "perceive/distance_bound.py",
     "perceive/distance_process.py",
     "perceive/implicit_surface.py",
     "perceive/name_evidence.py",

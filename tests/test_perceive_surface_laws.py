@@ -13,6 +13,8 @@ import pytest
 
 pytest.importorskip("scipy", reason="SciPy is not installed; pip install -e '.[skin]'")
 
+from scipy.stats import truncnorm
+
 from varishold.errors import InputError
 from varishold.perceive import (
     Belief,
@@ -384,8 +386,9 @@ def test_the_band_and_the_floor_come_from_what_was_left_out() -> None:
     assert surface.floor_m == np.median(np.asarray(contacts.sigma_m))
     places = 0.05 * directions(6) + [0.0, 0.0, 0.05]
     mean, sigma = surface.distance(places)
-    np.testing.assert_allclose(mean, made.mean(places))
-    np.testing.assert_allclose(sigma, np.sqrt((surface.factor * made.sigma(places)) ** 2 + surface.floor_m**2))
+    expected, wide = bound_to(surface, made, places)
+    np.testing.assert_allclose(mean, expected, atol=1e-9)
+    np.testing.assert_allclose(sigma, wide, rtol=1e-5)
     np.testing.assert_allclose(
         surface.covariance(places, places[:2]), surface.factor**2 * made.covariance(places, places[:2])
     )
@@ -436,6 +439,28 @@ class Fake:
     def sigma(self, places: np.ndarray) -> np.ndarray:
         return np.full(len(places), 0.003)
 
+    def sigma_before(self, places: np.ndarray) -> np.ndarray:
+        return np.full(len(places), 0.006)
+
+
+def bound_to(surface: ImplicitSurface, process: Any, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What a surface says whose process is this one, worked out place by place."""
+    points = surface.contacts.point_m[surface.kept]
+    slack = np.abs(process.mean(points))
+    slack += 1.645 * np.hypot(surface.factor * process.sigma(points), surface.floor_m)
+    told = []
+    for place, mean, sigma, before in zip(
+        places, process.mean(places), process.sigma(places), process.sigma_before(places), strict=True
+    ):
+        apart = np.linalg.norm(points - place, axis=1)
+        most = (apart + slack).min()
+        wide = math.hypot(surface.factor * sigma, 1.5 * max(apart.min() - 0.025, 0.0) * sigma / before)
+        middle = min(max(mean, -most), most)
+        cut = truncnorm((-most - middle) / wide, (most - middle) / wide, loc=middle, scale=wide)
+        told.append((cut.mean(), math.hypot(cut.std(), surface.floor_m)))
+    means, sigmas = np.array(told).T
+    return means, sigmas
+
 
 @pytest.mark.parametrize(
     ("odd", "kept", "factor"),
@@ -466,10 +491,9 @@ def test_points_that_others_belie_are_left_out(
         assert asked == every + [(kept, table is not None)] * (len(kept) < 6)
         assert surface.factor == pytest.approx(1.5 * factor)
         assert surface.floor_m == 0.003
-        assert surface.distance([[0.0, 0.0, 0.05]]) == (
-            pytest.approx([0.01]),
-            pytest.approx([math.hypot(0.003 * 1.5 * factor, 0.003)]),
-        )
+        place = np.array([[0.0, 0.0, 0.05]])
+        for told, expected in zip(surface.distance(place), bound_to(surface, Fake(odd), place), strict=True):
+            np.testing.assert_allclose(told, expected, rtol=1e-5)
 
 
 def test_free_places_that_the_surface_holds_are_told_to_it_twice_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -494,7 +518,8 @@ def test_free_places_that_the_surface_holds_are_told_to_it_twice_at_most(monkeyp
         monkeypatch.setattr(surface_module, "DistanceProcess", again)
         surface = ImplicitSurface(contacts)
         assert given == told
-        assert surface.distance([[0.0, 0.0, 0.05]])[0] == pytest.approx([0.05 - radii[len(told) - 1]])
+        place, last = np.array([[0.0, 0.0, 0.05]]), Fake([0.0] * 6, radii[len(told) - 1])
+        np.testing.assert_allclose(surface.distance(place)[0], bound_to(surface, last, place)[0], rtol=1e-5)
 
 
 @pytest.mark.parametrize("table", [None, -0.02])
@@ -514,7 +539,7 @@ def test_the_mesh_is_that_of_a_grid_with_so_many_steps(monkeypatch: pytest.Monke
         vertices, faces = contour_mesh(level, low, pitch)
         np.testing.assert_allclose(mesh.vertices_m, vertices, atol=1e-12)
         np.testing.assert_array_equal(mesh.faces, faces)
-        np.testing.assert_allclose(mesh.sigma_m, math.hypot(0.0045, 0.0005))
+        np.testing.assert_allclose(mesh.sigma_m, bound_to(surface, Fake([0.0] * 8), mesh.vertices_m)[1], rtol=1e-5)
 
 
 # Triangles.

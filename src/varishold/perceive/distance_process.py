@@ -121,8 +121,13 @@ class DistanceProcess:
     def sigma(self, places: Floats) -> Floats:
         """Its standard deviation, as the process has it."""
         parts = [(self._solve(self._root, self._told(part).T, lower=True) ** 2).sum(axis=0) for part in _blocks(places)]
-        before = self.shape.amplitude_m**2 + (self.body.change(places) ** 2).sum(axis=1)
+        before = self.sigma_before(places) ** 2
         out: Floats = np.sqrt(np.maximum(before - np.concatenate([*parts, np.zeros(0)]), 1e-12))
+        return out
+
+    def sigma_before(self, places: Floats) -> Floats:
+        """Its standard deviation before anything was touched."""
+        out: Floats = np.sqrt(self.shape.amplitude_m**2 + (self.body.change(places) ** 2).sum(axis=1))
         return out
 
     def covariance(self, places: Floats, others: Floats) -> Floats:

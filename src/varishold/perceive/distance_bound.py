@@ -1,0 +1,57 @@
+"""How much a signed distance can be: it changes by no more than one goes from where it is known."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["DistanceBound", "cut_off"]
+
+Floats = NDArray[np.float64]
+
+# Places that are looked at at once.
+_BLOCK = 2000
+
+# A normal that is so much wider than the interval it is cut to lies evenly there.
+_EVEN = 100.0
+
+
+class DistanceBound:
+    """The most that the signed distance can be, told by points that lie on the surface but for a slack.
+
+    Parameters
+    ----------
+    points_m : ndarray of shape (n, 3)
+    slack_m : ndarray of shape (n,)
+        How far off each may lie. Metres.
+    """
+
+    def __init__(self, points_m: Floats, slack_m: Floats) -> None:
+        self._points, self._slack = points_m, slack_m
+
+    def at(self, places: Floats) -> tuple[Floats, Floats]:
+        """Return how far places (k, 3) are from the nearest point, and the bound there; both (k,), metres."""
+        from scipy.spatial.distance import cdist
+
+        away, most = np.empty(len(places)), np.empty(len(places))
+        for k in range(0, len(places), _BLOCK):
+            apart = cdist(places[k : k + _BLOCK], self._points)
+            away[k : k + _BLOCK], most[k : k + _BLOCK] = apart.min(axis=1), (apart + self._slack).min(axis=1)
+        return away, most
+
+
+def cut_off(mean: Floats, sigma: Floats, most: Floats) -> tuple[Floats, Floats]:
+    """Return mean and standard deviation of normals that are cut off beyond -most and most, all (k,).
+
+    A mean that lies beyond is taken to the end first. Means keep their sign.
+    """
+    from scipy.special import ndtr
+
+    mean = np.clip(mean, -most, most)
+    sigma = np.minimum(sigma, _EVEN * most)
+    low, high = (-most - mean) / sigma, (most - mean) / sigma
+    at_low, at_high = np.exp(-(low**2) / 2), np.exp(-(high**2) / 2)
+    whole = np.sqrt(2 * np.pi) * (ndtr(high) - ndtr(low))
+    shift = (at_low - at_high) / whole
+    part = 1 + (low * at_low - high * at_high) / whole - shift**2
+    return mean + sigma * shift, sigma * np.sqrt(np.maximum(part, 0.0))
