@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull, cKDTree
 from varishold.perceive import SurfaceMesh
 from varishold.solids import Part, Solid
 
-__all__ = ["distances_m", "mesh_points_m", "true_points"]
+__all__ = ["corners_of", "distances_m", "mesh_points_m", "true_points"]
 
 Floats = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ _OUTER_M = 1e-5
 def true_points(solid: Solid, n: int, *, seed: int = 0) -> tuple[Floats, Floats]:
     """Return about n points drawn evenly by area from a solid's surface, and their outward normals, in its own axes."""
     rng = np.random.default_rng(seed)
-    hulls = [ConvexHull(_corners(part)) for part in solid.body()]
+    hulls = [ConvexHull(corners_of(part)) for part in solid.body()]
     area = sum(hull.area for hull in hulls)
     points, normals = [], []
     for k, hull in enumerate(hulls):
@@ -41,7 +41,8 @@ def true_points(solid: Solid, n: int, *, seed: int = 0) -> tuple[Floats, Floats]
     return np.vstack(points), np.vstack(normals)
 
 
-def _corners(part: Part) -> Floats:
+def corners_of(part: Part) -> Floats:
+    """Return corners whose convex hull is the part; of what is round, many. Metres."""
     half, centre = np.array(part.half_m), np.array(part.centre_m)
     if part.kind == "hull":
         return np.array(part.corners_m)
