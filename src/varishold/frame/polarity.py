@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -40,11 +40,14 @@ class Fall:
         One in which something presses.
     rest, pressed : float
         What its taxels show beside the press, and in it.
+    taxels : ndarray of shape (rows, cols), bool
+        Those that are not beside the press.
     """
 
     frame: int
     rest: float
     pressed: float
+    taxels: NDArray[np.bool_] = field(compare=False, repr=False)
 
 
 def find_fall(frames: NDArray[Any], usable: NDArray[np.bool_]) -> Fall | None:
@@ -52,8 +55,10 @@ def find_fall(frames: NDArray[Any], usable: NDArray[np.bool_]) -> Fall | None:
 
     Between the first frame and the one that differs most from it, of those not pressed all over, some taxels change and
     others do not; so between the last frame, or a usual one, and another, as a sensor may settle in its first. Of the
-    two, where they are pressed they stand off the others: above as a rule, below where readings fall. A whole pad
-    that rises or falls alike tells nothing, nor does a single taxel or line, which may have failed.
+    two, where they are pressed they stand off the others: above as a rule, below where readings fall. Where some rise
+    and others fall, as beside a press that pulls a skin, those that fall are pressed only where they change more both
+    in all and at the most. A whole pad that rises or falls alike tells nothing, nor does a single taxel or line, which
+    may have failed.
 
     Parameters
     ----------
@@ -82,18 +87,38 @@ def find_fall(frames: NDArray[Any], usable: NDArray[np.bool_]) -> Fall | None:
         return None
     number = spread_over(n, min(_MOST_FRAMES, max(2, _MOST_VALUES // usable.size)))
     seen = np.array([frame[usable] for (frame,) in pieces_at(frames, number.tolist())], dtype=np.float64)
+    found = _fall_of_all(seen, usable)
+    if found is None:
+        return None
+    at, rest, pressed, patch = found
+    taxels = np.zeros_like(usable)
+    taxels[usable] = patch
+    # Where others rise by more than a pulled skin does beside a press, what falls has failed.
+    rise = None if np.count_nonzero(~patch) < _FEWEST_TAXELS else _fall_of_all(-seen[:, ~patch], usable & ~taxels)
+    if rise is not None and rise[1] - rise[2] > _BESIDE * (rest - pressed):
+        return None
+    return Fall(int(number[at]), rest, pressed, taxels)
+
+
+def _fall_of_all(
+    seen: NDArray[np.float64], usable: NDArray[np.bool_]
+) -> tuple[int, float, float, NDArray[np.bool_]] | None:
+    """Return what `_fall` does against the first frame, where the last one or a usual one agrees."""
     found = _fall(seen, usable, 0)
     if found is None:
         return None
     usual = int(np.argmin(np.abs(seen - np.median(seen, axis=0)).sum(axis=1)))
-    if all(_fall(seen, usable, reference) is None for reference in (usual, len(seen) - 1)):
-        return None
-    at, rest, pressed = found
-    return Fall(int(number[at]), rest, pressed)
+    agrees = any(_fall(seen, usable, reference) is not None for reference in (usual, len(seen) - 1))
+    return found if agrees else None
 
 
-def _fall(seen: NDArray[np.float64], usable: NDArray[np.bool_], reference: int) -> tuple[int, float, float] | None:
-    """Return a frame in which readings have fallen against a reference, and what is read beside the press and in it."""
+def _fall(
+    seen: NDArray[np.float64], usable: NDArray[np.bool_], reference: int
+) -> tuple[int, float, float, NDArray[np.bool_]] | None:
+    """Return a frame in which readings have fallen against a reference, what is read beside the press and in it.
+
+    And which taxels are not beside it.
+    """
     change = seen - seen[reference]
     found = _part(change, usable)
     if found is None:
@@ -112,7 +137,7 @@ def _fall(seen: NDArray[np.float64], usable: NDArray[np.bool_], reference: int) 
         or below < _OUTWEIGHS * above
     ):
         return None
-    return at, float(np.median(seen[at, beside])), float(seen[at, pressed].mean())
+    return at, float(np.median(seen[at, beside])), float(seen[at, pressed].mean()), ~beside
 
 
 def _part(
@@ -120,7 +145,8 @@ def _part(
 ) -> tuple[int, NDArray[np.bool_], NDArray[np.bool_]] | None:
     """Return which frame has changed most of those pressed in part, and its taxels beside and in the press."""
     amounts = np.abs(change).sum(axis=1)
-    way = np.sign(change.sum(axis=1))
+    falls, rises = (np.partition(one, -_FEWEST_PRESSED, axis=1)[:, -_FEWEST_PRESSED] for one in (-change, change))
+    way = np.where((falls > rises) & (change.sum(axis=1) < 0.0), -1.0, 1.0)
     reach = (way[:, None] * change).max(axis=1)
     looked_at = np.argsort(-amounts, kind="stable")
     for k in looked_at[reach[looked_at] > _REACH * reach[looked_at[0]]].tolist():

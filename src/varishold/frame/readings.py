@@ -63,6 +63,13 @@ class Readings:
         self.wrong: NDArray[np.bool_] | None = None
         self.least_noise = 0.0
 
+    @property
+    def newest(self) -> NDArray[np.float64]:
+        """The newest frame that was taken."""
+        if self._last is None:
+            raise InputError("no frame was taken yet")
+        return self._last
+
     def take(self, frame: ArrayLike) -> NDArray[np.float64]:
         """Return a frame as finite floats, in an array of its own that nobody writes into.
 

@@ -138,6 +138,11 @@ class FollowingZero:
         return self._readings.n_not_finite
 
     @property
+    def reading(self) -> NDArray[np.float64]:
+        """The newest frame, shape (rows, cols): what is no finite number as the taxel's last reading."""
+        return self._readings.newest
+
+    @property
     def baseline(self) -> NDArray[np.float64]:
         """What is taken off a frame now, of shape (rows, cols): the raw frame is the zeroed one plus this."""
         return self._baseline.values.copy()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,8 @@ __all__ = ["PadFaults"]
 _LOOK_S = 1.0
 # Noise of a noisy taxel below this share of the largest reading is borne.
 _NOISE_OF_LARGEST = 0.03
+# Fewer taxels do not show which way readings go.
+_FEWEST = 9
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -73,7 +75,6 @@ class PadFaults:
         """
         self._sticking.update(time_s, zeroed, sigma)
         rest = self._zero.baseline
-        self._fall.update(time_s, zeroed, rest, sigma)
         self._end.update(zeroed, rest, sigma, is_pressed=self._zero.is_pressed)
         self._ends_at = None if self._end.end is None else self._end.end.above(rest, self._usable)
         self._quiet.update(time_s, zeroed, is_pressed=self._zero.is_pressed)
@@ -82,6 +83,32 @@ class PadFaults:
         elif not 0.0 <= time_s - self._looked_s < _LOOK_S:
             self._looked_s = time_s
             self._look()
+
+    def look_which_way(self, time_s: float, sigma: float) -> None:
+        """Look at the zero's newest frame, of the first ones too, before there is a zero: whether readings fall.
+
+        `sigma` is 0 where there is no zero yet.
+        """
+        reading = self._zero.reading
+        if reading.size >= _FEWEST:
+            self._fall.update(time_s, reading, sigma)
+
+    @property
+    def which_way(self) -> Literal["rise", "may fall", "fall"]:
+        """Whether readings fall where something presses, or go another way than is said, as far as is seen."""
+        return "fall" if self._fall.found is not None else "may fall" if self._fall.suspected else "rise"
+
+    def way_words(self) -> str | None:
+        """Return that readings fall where something presses, and what to do; None where they do not."""
+        fall = self._fall.found
+        if fall is None:
+            return None
+        if self._way_is_told:
+            return "readings go the other way where something presses than is said: is the polarity right?"
+        return (
+            f"readings fall where something presses, from about {fall.rest:.4g} to {fall.pressed:.4g}: give a "
+            f"sensor file that says polarity = 'down' and rest = {fall.rest:.4g}"
+        )
 
     def _look(self) -> None:
         """Look for broken taxels."""
@@ -124,15 +151,8 @@ class PadFaults:
 
     def words(self) -> tuple[str, ...]:
         """Return what is not believed, and where readings end."""
-        words = []
-        fall = self._fall.found
-        if fall is not None and self._way_is_told:
-            words.append("readings go the other way where something presses than is said: is the polarity right?")
-        elif fall is not None:
-            words.append(
-                f"readings fall where something presses, from about {fall.rest:.4g} to {fall.pressed:.4g}: give a "
-                f"sensor file that says polarity = 'down' and rest = {fall.rest:.4g}"
-            )
+        way = self.way_words()
+        words = [] if way is None else [way]
         words += self._broken_words
         if self.stuck is not None:
             words.append(f"{taxels_in_words(self.stuck)} sticks: filled from those beside")

@@ -26,7 +26,7 @@ from varishold.recording import pascals_per_unit
 from varishold.sensor import Sensor
 from varishold.sensor.words import sensor_name, undone_words
 from varishold.touch import Answer, find_contacts
-from varishold.touch.caution import unsure_of_smoothed
+from varishold.touch.caution import told_unknown, unsure_of_smoothed, unsure_of_way
 from varishold.touch.tracking.event import Event
 from varishold.touch.tracking.track import Track
 from varishold.touch.tracking.tracker import ContactTracker
@@ -39,8 +39,8 @@ Floats = NDArray[np.float64]
 _OF_SIGNALS = ("stuck", "impulses", "no number")
 # The noise is asked for anew after so many frames.
 _NOISE_FRAMES = 16
-
-
+# Where readings fall, what rises is what was let go of.
+_CAUTIONS_OF_WAY = {"rise": (), "may fall": (unsure_of_way,), "fall": (told_unknown,)}
 _SILENT = "all taxels show one and the same value: the pad says nothing"
 
 
@@ -190,9 +190,13 @@ class PadWatcher:
         zeroed = np.zeros(self.shape) if silent else self.zero.update(time_s, self._upright(shown))
         self.health.update(time_s, values, touched=self.zero.is_pressed)
         frame, found = zeroed, dict[str, Any]()
+        starts, is_felt = self.zero.state == "starting", self.layout.kind != "signals"
+        if is_felt:
+            noise = 0.0 if starts else self._sigma()
+            if not silent:
+                self._faults.look_which_way(time_s, noise)
         # Before there is a zero nothing can be told from the rest.
-        if self.layout.kind != "signals" and self.zero.state != "starting":
-            noise = self._sigma()
+        if is_felt and not starts:
             self._faults.update(time_s, zeroed, noise)
             saturated = self._faults.saturated(values, zeroed)
             felt, beyond, works = self._felt(zeroed)
@@ -224,6 +228,11 @@ class PadWatcher:
             sensor=self._sensor_name,
             **found,
         )
+
+    @property
+    def wrong_way(self) -> str | None:
+        """Why nothing felt here is named: its readings fall where something presses; None where it is."""
+        return self._faults.way_words()
 
     def end(self, time_s: float) -> tuple[Event, ...]:
         """Release what touches: no reading comes any more."""
@@ -277,14 +286,16 @@ class PadWatcher:
         return found, sigma
 
     def _tracks(self) -> tuple[Track, ...]:
-        """Return what touches now, its names no surer than smoothed readings let them be."""
+        """Return what touches now, its names no surer than the readings let them be."""
         tracks = self._tracker.tracks
-        if not self._faults.smoothed:
-            return tracks
-        return tuple(
-            track if track.answer is None else replace(track, answer=unsure_of_smoothed(track.answer))
-            for track in tracks
-        )
+        cautions = list(_CAUTIONS_OF_WAY[self._faults.which_way])
+        if self._faults.smoothed:
+            cautions.append(unsure_of_smoothed)
+        for caution in cautions:
+            tracks = tuple(
+                track if track.answer is None else replace(track, answer=caution(track.answer)) for track in tracks
+            )
+        return tracks
 
     def _sigma(self) -> float:
         """Return the noise of the usual taxel, in the readings' unit; it changes slowly."""

@@ -15,6 +15,7 @@ from varishold.errors import InputError
 from varishold.live.event_log import EventLog
 from varishold.live.lull import Lull
 from varishold.live.page_recorder import PageRecorder, free_path
+from varishold.live.press_keeper import KeptPress
 from varishold.live.press_namer import NamedPress
 from varishold.live.sample import Sample
 from varishold.live.since import since
@@ -280,12 +281,20 @@ class Session:
             for name, pad in seen.pads.items():
                 for zeroing in pad.zeroings:
                     self._recorder.zeroed({"pad": name, **zeroing.to_dict()})
-        if seen.ended is not None and (kept := self._teaching.take(seen.ended)) is not None:
-            self.events.add("kept", seen.time_s, f"press {kept[1]} of {kept[0]} kept")
+        if seen.ended is not None:
+            self._keep(seen.ended, seen.time_s)
         self._named = seen.named[-1] if seen.named else self._named
         newest = self._watcher.newest
         self.newest = seen if len(seen.pads) == len(newest) else replace(seen, pads=dict(newest))
         self._tell()
+
+    def _keep(self, ended: KeptPress, time_s: float) -> None:
+        """Keep a press that has ended under the label that is set; none of readings that go the wrong way."""
+        if (why := self._watcher.wrong_way) is not None:
+            if self._teaching.to_dict()["label"] is not None:
+                self.events.add("refused", time_s, f"the press is not kept: {why}")
+        elif (kept := self._teaching.take(ended)) is not None:
+            self.events.add("kept", time_s, f"press {kept[1]} of {kept[0]} kept")
 
     def _tell_changes(self) -> None:
         for change in since(self.stream.changes, self._last_change):

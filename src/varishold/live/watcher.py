@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.errors import InputError
 from varishold.live.pad_watcher import PadWatcher, SeenPad, grid_of
 from varishold.live.press_keeper import KeptPress, PressKeeper
 from varishold.live.press_namer import NamedPress, PressNamer
@@ -149,12 +150,23 @@ class Watcher:
         classifier, perceiver = _told_apart(model)
         self._classifier = classifier
         if classifier is not None:
-            self._namer = PressNamer(lambda kept: classifier.explain([kept.press])[0])
+            self._namer = PressNamer(lambda kept: classifier.explain([self._right_way(kept).press])[0])
         elif perceiver is not None:
             from varishold.live.press_believer import PressBeliever
 
-            self._believer = PressBeliever(perceiver, self._pads)
-            self._namer = PressNamer(self._believer)
+            self._believer = believer = PressBeliever(perceiver, self._pads)
+            self._namer = PressNamer(lambda kept: believer(self._right_way(kept)))
+
+    @property
+    def wrong_way(self) -> str | None:
+        """Why no press is named: a pad's readings fall where something presses; None where none's do."""
+        return next(filter(None, (pad.wrong_way for pad in tuple(self._pads.values()))), None)
+
+    def _right_way(self, kept: KeptPress) -> KeptPress:
+        """Return a press of pads whose readings rise where something presses; InputError of others."""
+        if (why := self.wrong_way) is not None:
+            raise InputError(why)
+        return kept
 
     def next_object(self) -> None:
         """Say that another object is pressed from now on, for a perceiver."""

@@ -24,9 +24,11 @@ __all__ = [
     "lost_in_a_hole",
     "no_surer",
     "shows_an_outline",
+    "told_unknown",
     "unsure_of_plane",
     "unsure_of_smoothed",
     "unsure_of_top",
+    "unsure_of_way",
 ]
 
 #: Of a pad with fewer rows or columns nobody knows what is beyond: no form is sure.
@@ -120,6 +122,19 @@ def unsure_of_plane(surface: Surface) -> Surface:
 def unsure_of_smoothed(surface: Surface) -> Surface:
     """Return a surface, no surer than smoothed readings let a form of few taxels be."""
     return no_surer(surface, _SMOOTHED) if surface.contact.n_taxels < _SMOOTHED_TAXELS else surface
+
+
+def unsure_of_way(surface: Surface) -> Surface:
+    """Return a surface, no surer than where what looks pressed may be what was let go of."""
+    return no_surer(surface, _ONE_OF_SEVERAL)
+
+
+def told_unknown(surface: Surface) -> Surface:
+    """Return a surface that is unknown: its readings tell no form."""
+    kinds = np.zeros(len(surface.kind_probability))
+    kinds[NAME_OF == NAMES.index("unknown")] = 1.0
+    kinds /= kinds.sum()
+    return replace(surface, name="unknown", form="unknown", section="unknown", probability=1.0, kind_probability=kinds)
 
 
 def ends_flat(contact: Contact) -> bool:
