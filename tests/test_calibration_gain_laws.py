@@ -242,7 +242,9 @@ def test_even_gains_are_means_weighed_by_what_stands_above_the_noise() -> None:
     np.testing.assert_allclose(whole.error, _error(beside, weight, found), rtol=1e-9)
     (finding,) = whole.findings
     assert finding.value == pytest.approx(np.std(gains))
-    assert finding.error == pytest.approx(np.median(whole.error) / np.sqrt(2 * 72))
+    own = np.sqrt(np.sum(((gains - gains.mean()) * whole.error) ** 2)) / (72 * np.std(gains))
+    assert finding.error == pytest.approx(np.hypot(own, np.std(gains) * np.median(whole.error) / np.sqrt(2)))
+    assert finding.error > np.median(whole.error) / np.sqrt(2 * 72)
 
 
 def test_gains_of_anything_are_told_as_halves_of_the_presses_agree() -> None:
@@ -256,7 +258,9 @@ def test_gains_of_anything_are_told_as_halves_of_the_presses_agree() -> None:
     one, other = one[pressed], other[pressed]
     (finding,) = whole.findings
     assert finding.value == pytest.approx(np.sqrt(np.mean(one * other)))
-    assert finding.error == pytest.approx(np.std(one - other) / 2 / np.sqrt(2 * pressed.sum()))
+    unseen = np.sqrt(np.mean(gains[pressed] ** 2 + error[pressed] ** 2)) - finding.value
+    assert finding.error == pytest.approx(np.hypot(np.std(one - other) / 2 / np.sqrt(pressed.sum()), unseen))
+    assert finding.error > np.std(one - other) / 2 / np.sqrt(2 * pressed.sum())
     wanted = 1.8 * np.maximum(error, np.std(one - other) / 2)
     np.testing.assert_allclose(whole.error[pressed], wanted[pressed])
     np.testing.assert_allclose(whole.sensor.gains, np.exp(gains - np.median(gains)))
@@ -303,9 +307,9 @@ def test_presses_say_what_was_not_unloaded_and_which_taxels_count(monkeypatch: p
     assert without.notes == ("x.npz: no unloaded frame: its rest is taken as known",)
 
 
-def test_points_of_a_pad_are_four_along_a_taxel() -> None:
+def test_points_of_a_pad_are_eight_along_a_taxel() -> None:
     pad = Points((2, 3), (2e-3, 1e-3))
     x, y = pad.axes
-    np.testing.assert_allclose(x[0], (np.arange(12) - 5.5) * 0.25e-3)
-    np.testing.assert_allclose(y[:, 0], (np.arange(8) - 3.5) * 0.5e-3)
-    assert pad.spacing_m == 0.25e-3
+    np.testing.assert_allclose(x[0], (np.arange(24) - 11.5) * 0.125e-3)
+    np.testing.assert_allclose(y[:, 0], (np.arange(16) - 7.5) * 0.25e-3)
+    assert pad.spacing_m == 0.125e-3

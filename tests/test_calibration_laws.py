@@ -106,13 +106,13 @@ def test_a_plate_is_a_square_with_its_depth(x: float, y: float, turn: float, slo
 
 def test_axes_stand_about_the_middle_of_the_pad() -> None:
     x, y = PAD.axes
-    assert (x.shape, y.shape) == ((1, 56), (48, 1))
+    assert (x.shape, y.shape) == ((1, 112), (96, 1))
     assert x.sum() == pytest.approx(0)
-    assert np.ptp(x) == pytest.approx(14 * 2.5e-3 - 2.5e-3 / 4)
-    assert np.ptp(y) == pytest.approx(12 * 2e-3 - 2e-3 / 4)
-    assert PAD.spacing_m == 0.5e-3
+    assert np.ptp(x) == pytest.approx(14 * 2.5e-3 - 2.5e-3 / 8)
+    assert np.ptp(y) == pytest.approx(12 * 2e-3 - 2e-3 / 8)
+    assert PAD.spacing_m == 0.25e-3
     np.testing.assert_allclose(
-        PAD.taxel_means(np.broadcast_to(y, (48, 56))), (np.arange(12)[:, None] - 5.5) * 2e-3 * np.ones(14)
+        PAD.taxel_means(np.broadcast_to(y, (96, 112))), (np.arange(12)[:, None] - 5.5) * 2e-3 * np.ones(14)
     )
 
 

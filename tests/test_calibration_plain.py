@@ -168,7 +168,7 @@ def test_a_plates_turn_is_that_which_covers_best() -> None:
 
 
 def fit_of(predicted: Floats) -> Fit:
-    return Fit(np.zeros(3), np.zeros(3), (), np.zeros(len(predicted)), predicted)
+    return Fit(np.zeros(3), np.zeros(3), np.zeros(3), (), np.zeros(len(predicted)), predicted)
 
 
 @few

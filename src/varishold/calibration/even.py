@@ -28,6 +28,8 @@ _BROKEN = 0.05
 _MOST_BROKEN = 0.1
 # Repeated presses whose maps differ by more than this were not even.
 _MOST_DIFFERENCE = 0.05
+# Variance between presses that is more than so many times that of noise is the presses' own.
+_BEYOND_NOISE = 2.0
 # Known pressures, and how far apart the highest and lowest must be, to tell a response.
 _FEWEST_PRESSURES, _LEAST_RATIO = 3, 2.0
 # Taxels of their own differ from those beside them; under a press that is not even they read nearly alike. From the
@@ -96,28 +98,36 @@ def calibrate_even(
         )
     linear = np.array([base.stress(frame[None])[0] for frame in found.frames])
     beside = linear / np.median(linear[:, usable], axis=1)[:, None, None]
-    weight = (np.median(found.frames[:, usable], axis=1) / np.maximum(found.noise, 1e-12 * found.frames.max())) ** 2
-    gains = np.average(beside, axis=0, weights=weight)
-    gains = gains / np.median(gains[usable])
     _check_even(beside, usable, found, curved=curve is not None)
-    bent, bent_words = _bent(beside, gains, usable, found)
+    seen = _as_stress(found, linear, base)
+    noise = np.maximum(seen.noise / np.median(seen.frames[:, usable], axis=1), 1e-12)
+    bent, bent_words = _bent(beside, _mean(beside, noise**-2, usable), usable, found)
+    # What goes with the load is no press's own.
+    uneven = 0.0 if bent_words else _unevenness(beside, usable, noise)
+    weight = 1.0 / (noise**2 + uneven**2)
+    gains = _mean(beside, weight, usable)
+    spread = _error(beside, weight, seen)
+    if uneven > 0.0:
+        # A few presses tell of no single taxel how much they differ, but of all together.
+        spread = np.maximum(spread, gains / np.sqrt(weight.sum()))
     # What goes with the load is the same however many presses there are.
-    spread = np.hypot(_error(beside, weight, found), bent)
+    spread = np.hypot(spread, bent)
     broken = usable & (gains < _BROKEN)
     gains = np.where(broken, 0.0, gains)
     kept = usable & ~broken
-    uneven = _looks_uneven(gains, kept)
+    smooth = _looks_uneven(gains, kept)
     findings.insert(
         0,
         Finding(
             "gain_spread",
             float(np.std(gains[kept])),
-            float(np.median(spread[kept]) / np.sqrt(2 * np.count_nonzero(kept))),
-            f"how much the taxels' gains differ; each is known to {100 * np.median(spread[kept]):.2g} %",
+            _error_of_spread(gains[kept], spread[kept]),
+            f"how much the taxels' gains differ; each is known to {100 * np.median(spread[kept]):.2g} %, "
+            f"{_as_far(found)}",
             share=True,
         ),
     )
-    notes = [*found.notes, *uneven, *bent_words]
+    notes = [*found.notes, *smooth, *bent_words]
     if broken.any():
         notes.append(
             counted(np.count_nonzero(broken), "taxel feels nothing and is", "taxels feel nothing and are")
@@ -271,6 +281,54 @@ def _bowl(gains: Floats, kept: NDArray[np.bool_]) -> float:
     by_chance = left * _OF_A_BOWL / row.size
     found = float(np.var(fitted))
     return float(np.sqrt(found - by_chance)) if found > _NOT_BY_CHANCE * by_chance else 0.0
+
+
+def _mean(beside: Floats, weight: Floats, usable: NDArray[np.bool_]) -> Floats:
+    """Return each taxel's mean over presses, beside the median one."""
+    mean: Floats = np.average(beside, axis=0, weights=weight)
+    return mean / np.median(mean[usable])
+
+
+def _error_of_spread(gains: Floats, error: Floats) -> float:
+    """Return the standard error of the standard deviation of gains: from each one's, and from their median's."""
+    deviation = float(np.std(gains))
+    if deviation == 0.0:
+        return float(np.median(error) / np.sqrt(2 * gains.size))
+    own = np.linalg.norm((gains - gains.mean()) * error) / (gains.size * deviation)
+    # The median is one taxel, or two.
+    return float(np.hypot(own, deviation * np.median(error) / np.sqrt(2)))
+
+
+def _as_far(found: Presses) -> str:
+    """Return what the error of gains does not count."""
+    if found.n < 2:
+        return "by noise alone: one press does not tell how even it was"
+    return "as far as what presses have in common is even"
+
+
+def _as_stress(found: Presses, linear: Floats, base: Sensor) -> Presses:
+    """Return presses with frames that are in proportion to stress, and as steep in readings as at the usual taxel's."""
+    typical = np.median(found.frames[:, found.usable], axis=1)
+    step = 1e-4 * typical
+
+    def usual(readings: Floats) -> Floats:
+        alike = np.broadcast_to(readings[:, None, None], linear.shape)
+        return np.asarray(np.median(base.stress(alike)[:, found.usable], axis=1))
+
+    slope = (usual(typical + step) - usual(typical - step)) / (2 * step)
+    return dataclasses.replace(found, frames=linear / slope[:, None, None])
+
+
+def _unevenness(beside: Floats, usable: NDArray[np.bool_], noise: Floats) -> float:
+    """Return by which share presses differ at the usual taxel beyond noise; 0 where noise alone explains it."""
+    if len(beside) < 2:
+        return 0.0
+    mean = beside.mean(axis=0)
+    there = usable & (mean >= _BROKEN)
+    squares = np.sum((beside[:, there] / mean[there] - 1.0) ** 2, axis=0) / (len(beside) - 1)
+    variance = float(np.mean(squares))
+    by_noise = float(np.mean(noise**2) * np.mean(mean[there] ** -2.0))
+    return float(np.sqrt(variance - by_noise)) if variance > _BEYOND_NOISE * by_noise else 0.0
 
 
 def _error(beside: Floats, weight: Floats, found: Presses) -> Floats:

@@ -194,13 +194,17 @@ def best_fit(family: Family, given: Observations) -> tuple[Fit, bool]:
 def errors_of(family: Family, given: Observations, fit: Fit, *, dead: bool) -> Floats:
     """Return the standard errors of the constants: as halves of the presses repeat them, at least as the fit says.
 
+    Two halves may agree by chance; how far each press pulls the constants does not.
+
     Where presses are not explained, what all have alike is no noise that becomes less with their number.
     """
     first, second = (
         _fitted(family, given.half(k), places=fit.places[k::2], constants=fit.constants, dead=dead) for k in (0, 1)
     )
     alike = np.sqrt(len(fit.places)) if _typical(fit) > WELL else 1.0
-    return alike * np.maximum(np.abs(first.constants - second.constants) / 2, fit.error)
+    repeated = np.maximum(np.abs(first.constants - second.constants) / 2, fit.error)
+    errors: Floats = np.maximum(alike * repeated, fit.press_error)
+    return errors
 
 
 def _typical(fit: Fit) -> float:

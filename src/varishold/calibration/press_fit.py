@@ -54,7 +54,9 @@ class Fit:
     constants : ndarray of shape (n_constants,), float64
         The sensor's.
     error : ndarray of shape (n_constants,), float64
-        Their standard errors.
+        Their standard errors, where each taxel's residual is its own.
+    press_error : ndarray of shape (n_constants,), float64
+        Their standard errors, where those of one press may be alike: as presses differ.
     places : tuple of ndarray
         Each press's own parameters.
     cost : ndarray of shape (n_presses,), float64
@@ -64,6 +66,7 @@ class Fit:
 
     constants: Floats
     error: Floats
+    press_error: Floats
     places: tuple[Floats, ...]
     cost: Floats
     predicted: Floats
@@ -158,10 +161,15 @@ def fit_presses(
             break
     predicted = forward(face, theta)
     used = max(int(usable.sum()) * n - phi.size - count, 1)
-    covariance = np.linalg.pinv(normal) * float((left**2).sum()) / used
+    inverse = np.linalg.pinv(normal)[:count, :count]
+    by_residuals = np.diag(inverse) * float((left**2).sum()) / used
+    # Residuals of one press are alike: how far each press as a whole pulls the constants.
+    pulls = np.array([[float(one[k] @ left[k]) for one in columns] for k in range(n)]).reshape(n, count) @ inverse
+    by_presses = (pulls**2).sum(axis=0) * n / max(n - 1, 1)
     return Fit(
         theta,
-        np.sqrt(np.maximum(np.diag(covariance)[:count], 0.0)) if count else np.zeros(0),
+        np.sqrt(np.maximum(by_residuals, 0.0)),
+        np.sqrt(by_presses),
         tuple(phi[ends[k] : ends[k + 1]] for k in range(n)),
         (left**2).sum(axis=1) / usable.sum(),
         predicted,
