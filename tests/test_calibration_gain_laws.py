@@ -212,7 +212,9 @@ def test_gains_from_totals_are_least_squares_with_a_prior_that_the_data_tell() -
     spread = np.std(halves[0] - halves[1]) / 2
     (finding,) = whole.findings
     assert finding.value == pytest.approx(np.std(gains), rel=1e-6)
-    assert finding.error == pytest.approx(spread / np.sqrt(2 * 72), rel=1e-5)
+    unseen = np.sqrt(np.var(gains) + np.mean(error**2)) - np.std(gains)
+    assert finding.error == pytest.approx(np.hypot(spread / np.sqrt(72), unseen), rel=1e-5)
+    assert finding.error > spread / np.sqrt(2 * 72)
     np.testing.assert_allclose(whole.error.ravel(), np.maximum(error, spread), rtol=1e-5)
     assert f"each is known to {100 * np.median(np.maximum(error, spread)):.2g} %" in finding.says
     # Maps: what presses say of a total, shared among the taxels that felt them.

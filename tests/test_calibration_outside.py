@@ -6,8 +6,16 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from varishold.calibration import Calibration, calibrate_even, calibrate_objects, calibrate_unlabelled, known_object
+from varishold.calibration import (
+    Calibration,
+    calibrate_even,
+    calibrate_objects,
+    calibrate_scale,
+    calibrate_unlabelled,
+    known_object,
+)
 from varishold.recording import Pad, Recording
+from varishold.sensor import Sensor
 
 Floats = np.ndarray
 SHAPE = (10, 14)
@@ -127,7 +135,7 @@ def test_the_response_that_a_ball_shows_is_known_as_well_as_is_said() -> None:
         off.append((exponent.value - 0.6) / exponent.error)
         errors.append(exponent.value - 0.6)
     assert np.abs(errors).max() < 0.008
-    assert np.sqrt(np.mean(np.square(off))) < 2.2
+    assert np.sqrt(np.mean(np.square(off))) < 1.3
 
 
 @pytest.mark.parametrize("n", [20, 60])
@@ -146,3 +154,36 @@ def test_the_spread_that_unlabelled_presses_show_is_known_as_well_as_is_said(n: 
         spread = calibrate_unlabelled([recorded(maps, rng)]).findings[0]
         off.append((spread.value - np.std(np.log(gains))) / spread.error)
     assert np.sqrt(np.mean(np.square(off))) < 2.0
+
+
+@pytest.mark.parametrize("n", [100, 300])
+def test_the_spread_that_tips_on_a_scale_show_is_known_as_well_as_is_said(n: int) -> None:
+    y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
+    off = []
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        gains = gains_of(rng)
+        tips = [
+            rng.uniform(0.3, 0.9) * np.exp(-((x - col) ** 2 + (y - row) ** 2) / (2 * 0.6**2))
+            for row, col in rng.uniform(-0.3, np.array(SHAPE) - 0.7, (n, 2))
+        ]
+        force = [10 * tip.sum() * np.exp(rng.normal(0.0, 0.02)) for tip in tips]
+        found = calibrate_scale([recorded([gains * tip for tip in tips], rng)], force_n=force)
+        known = np.isfinite(found.error)
+        spread = found.findings[0]
+        off.append((spread.value - np.std((gains / np.median(gains[known]))[known])) / spread.error)
+    assert np.sqrt(np.mean(np.square(off))) < 2.0
+
+
+@pytest.mark.parametrize("has_gains", [False, True])
+def test_gains_that_were_given_are_not_said_to_be_unknown(has_gains: bool) -> None:
+    rng = np.random.default_rng(0)
+    maps = [ball(0.02, *rng.uniform(-8e-3, 8e-3, 2), rng.uniform(1.2e-3, 4e-3)) / 4e-3 for _ in range(6)]
+    frames = [np.zeros((16, 16))] * 8
+    for one in maps:
+        frames += [one / 2, *[one] * 5, one / 2, *[np.zeros((16, 16))] * 6]
+    values = 20.0 + 900.0 * np.array(frames)
+    pad = Pad(values + rng.normal(0.0, 2.0, values.shape), pitch_m=PITCH_M)
+    known = Sensor(gains=np.ones((16, 16))) if has_gains else None
+    found = calibrate_objects([Recording({"pad": pad}, source="ball.npz")], [known_object("ball:0.02")], sensor=known)
+    assert any(words.startswith("the gains:") for words in found.unknown) != has_gains

@@ -37,6 +37,8 @@ WELL = 1.5
 # A dead band must explain presses by so much better than none, and well, where none does not (a press that is as much
 # less deep looks the same): it may make up for an object of another form.
 _DEAD_WORTH = 0.9
+# The logarithm of a response's constant is off by so much where faces are looked at by points.
+_BY_POINTS = 0.008
 # The first constant of a fit, before those of the response: logarithm of full scale beside depth.
 _SCALE = 0
 #: The second and the third: dead band, blur squared.
@@ -204,6 +206,7 @@ def errors_of(family: Family, given: Observations, fit: Fit, *, dead: bool) -> F
     alike = np.sqrt(len(fit.places)) if _typical(fit) > WELL else 1.0
     repeated = np.maximum(np.abs(first.constants - second.constants) / 2, fit.error)
     errors: Floats = np.maximum(alike * repeated, fit.press_error)
+    errors[3:] = np.hypot(errors[3:], _BY_POINTS)
     return errors
 
 

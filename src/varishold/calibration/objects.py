@@ -207,7 +207,7 @@ def _outcome(
         sensor=made,
         presses=found.n,
         findings=tuple(_findings(explanation)),
-        unknown=tuple(_unknown(explanation, curved=len(tried) > 1)),
+        unknown=tuple(_unknown(explanation, curved=len(tried) > 1, has_gains=known.gains is not None)),
         notes=(*found.notes, *_notes(explanation, tried), *_gain_notes(known, given, explanation)),
         before=frames.max(axis=0) / frames.max(),
         after=_after(frames, fit.predicted),
@@ -244,15 +244,18 @@ def _findings(explanation: Explanation) -> list[Finding]:
     return findings
 
 
-def _unknown(explanation: Explanation, *, curved: bool) -> list[str]:
+def _unknown(explanation: Explanation, *, curved: bool, has_gains: bool) -> list[str]:
     unknown = []
     if not curved:
         unknown.append("the response: a flat face presses everywhere alike; press a ball or a roller too")
     if not explanation.dead:
         unknown.append("a dead band: without one these presses are explained as well, were they less deep")
+    if not has_gains:
+        unknown.append(
+            "the gains: use an even pressure or unlabelled presses first, and give that sensor file (sensor)"
+        )
     return [
         *unknown,
-        "the gains: use an even pressure or unlabelled presses first, and give that sensor file (sensor)",
         "the cover's thickness and modulus: on springs, as taken here, a thick skin looks like a response and a blur",
     ]
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from varishold.sensor import Sensor
 
-__all__ = ["Calibration", "Curve", "Finding"]
+__all__ = ["Calibration", "Curve", "Finding", "error_of_spread"]
 
 Floats = NDArray[np.float64]
 
@@ -126,3 +126,22 @@ class Calibration:
         :meta private:
         """
         return replace(self, sensor=replace(self.sensor, calibration={**self.record(), **(more or {})}))
+
+
+def error_of_spread(spread: float, differ: float, off: Floats, error: Floats) -> float:
+    """Return the standard error of the spread of gains that a prior draws towards 1.
+
+    Parameters
+    ----------
+    spread : float
+        As it is told.
+    differ : float
+        Standard error of a gain, as two halves of the presses differ.
+    off, error : ndarray of shape (n,), float64
+        How far each gain is off 1, and its standard error by the fit: what its errors add to the scatter of the true
+        gains does not show in `spread`.
+    """
+    if not off.size:
+        return 0.0
+    unseen = float(np.sqrt(np.mean(off**2 + error**2))) - spread
+    return float(np.hypot(differ / np.sqrt(off.size), unseen))

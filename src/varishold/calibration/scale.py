@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.calibration.readings import presses_of
-from varishold.calibration.result import Calibration, Finding
+from varishold.calibration.result import Calibration, Finding, error_of_spread
 from varishold.errors import InputError
 from varishold.recording import Recording
 from varishold.sensor import Sensor
@@ -88,6 +88,7 @@ def calibrate_scale(
     _check_together(np.log(np.maximum(positive.sum(axis=(1, 2)), 1e-300)), np.log(told))
     gains, error, seen = _solved(stress[:, found.usable], told)
     halves = [_solved(stress[k::2][:, found.usable], told[k::2])[0] for k in (0, 1)]
+    spread = float(np.std(gains[seen]))
     spread_error = float(np.std(halves[0][seen] - halves[1][seen]) / 2)
     map_, errors, pressed = (
         np.ones(found.usable.shape),
@@ -105,8 +106,8 @@ def calibrate_scale(
         findings=(
             Finding(
                 "gain_spread",
-                float(np.std(gains[seen])),
-                spread_error / np.sqrt(2 * max(int(seen.sum()), 1)),
+                spread,
+                error_of_spread(spread, spread_error, gains[seen] - gains[seen].mean(), error[seen]),
                 f"how much the taxels' gains differ; each is known to {100 * float(np.median(errors[pressed])):.2g} %",
                 True,
             ),

@@ -11,7 +11,7 @@ from scipy import linalg, ndimage
 
 from varishold._counted import counted
 from varishold.calibration.readings import Presses, presses_of
-from varishold.calibration.result import Calibration, Finding
+from varishold.calibration.result import Calibration, Finding, error_of_spread
 from varishold.errors import InputError
 from varishold.recording import Recording
 from varishold.sensor import Sensor
@@ -143,7 +143,7 @@ def calibrate_unlabelled(
             Finding(
                 "gain_spread",
                 spread,
-                _error_of_spread(spread, differ, gains[found.usable][told], of_fit[found.usable][told]),
+                error_of_spread(spread, differ, gains[found.usable][told], of_fit[found.usable][told]),
                 f"how much the taxels' gains differ, as two halves of the presses agree; each is known to "
                 f"{100 * float(np.median(error[pressed])) if pressed.any() else 100:.2g} %",
                 share=True,
@@ -171,18 +171,6 @@ def _agreed(one: Floats, other: Floats) -> tuple[float, float, float]:
     agreement = spread**2 / max(float(np.mean((one**2 + other**2) / 2)), 1e-300)
     # Half of the difference of two halves is what noise leaves of all of them.
     return spread, agreement, float(np.std(one - other)) / 2
-
-
-def _error_of_spread(spread: float, differ: float, gains: Floats, error: Floats) -> float:
-    """Return the standard error of the spread on which two halves agree, from all presses' gains and their errors.
-
-    Each half, and less so all presses together, draw gains towards 1: what their errors add to their scatter is not
-    seen in the halves.
-    """
-    if not gains.size:
-        return 0.0
-    unseen = float(np.sqrt(np.mean(gains**2 + error**2))) - spread
-    return float(np.hypot(differ / np.sqrt(gains.size), unseen))
 
 
 def _notes(found: Presses, broken: NDArray[np.bool_], silent: NDArray[np.bool_]) -> list[str]:

@@ -26,10 +26,13 @@ _HEADINGS = {
 }
 # What the maps show of each kind, before and after.
 _WORDS = {
-    "even": ("reading beside the usual taxel's, as it came", "the same, gains undone"),
+    "even": ("reading beside the usual taxel's, as it came", "the same presses, their own gains undone"),
     "objects": ("highest reading of each taxel, of the highest", "reading beside what the fit predicts"),
-    "unlabelled": ("reading beside the neighbours', on the median of the presses", "the same, gains undone"),
-    "scale": ("reading beside the force, for presses at this taxel", "the same, gains undone"),
+    "unlabelled": (
+        "reading beside the neighbours', on the median of the presses",
+        "the same presses, their own gains undone",
+    ),
+    "scale": ("reading beside the force, for presses at this taxel", "the same presses, their own gains undone"),
 }
 
 
