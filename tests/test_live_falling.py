@@ -79,6 +79,7 @@ def test_no_form_is_sure_where_readings_fall(solid, start_s: float, press_s: flo
     assert told[-1]
     first = told.index(True)
     assert all(told[first:])
+    assert sum(one.pads["pad"].is_news for one, _ in seen) == 1
     assert surest_form(seen) <= 0.55 + 1e-9
     assert surest_form(seen[first:]) == 0.0
     assert answers(seen[first:])

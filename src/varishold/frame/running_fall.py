@@ -94,7 +94,7 @@ class RunningFall:
                 self.found = None
         elif self._since_s is None or time_s < self._since_s:
             self._since_s = time_s
-        elif time_s - self._since_s >= _AGREES_S:
+        elif self.found is None and time_s - self._since_s >= _AGREES_S:
             self.found = fall
 
     def _keep(self, time_s: float, values: Floats, sigma: float) -> None:
