@@ -116,20 +116,23 @@ def ball(diameter_m: float, x_m: float, y_m: float, depth_m: float) -> Floats:
     return np.maximum(cap, 0.0).reshape(n, FINE, n, FINE).mean(axis=(1, 3))
 
 
+def pressed_by_a_ball(rng: np.random.Generator, n: int, exponent: float = 1.0) -> Recording:
+    """Presses by a ball of 20 mm, of five frames each, read by a power of its depth."""
+    frames = [np.zeros((16, 16))] * 8
+    for _ in range(n):
+        x_m, y_m = rng.uniform(-8e-3, 8e-3, 2)
+        one = (ball(0.02, x_m, y_m, rng.uniform(1.2e-3, 4e-3)) / 4e-3) ** exponent
+        frames += [one / 2, *[one] * 5, one / 2, *[np.zeros((16, 16))] * 6]
+    values = 20.0 + 900.0 * np.array(frames)
+    pad = Pad(values + rng.normal(0.0, 2.0, values.shape), pitch_m=PITCH_M)
+    return Recording({"pad": pad}, source="ball.npz")
+
+
 def test_the_response_that_a_ball_shows_is_known_as_well_as_is_said() -> None:
     off, errors = [], []
     for seed in range(6):
         rng = np.random.default_rng(seed)
-        maps = []
-        for _ in range(10):
-            x_m, y_m = rng.uniform(-8e-3, 8e-3, 2)
-            maps.append((ball(0.02, x_m, y_m, rng.uniform(1.2e-3, 4e-3)) / 4e-3) ** 0.6)
-        frames = [np.zeros((16, 16))] * 8
-        for one in maps:
-            frames += [one / 2, *[one] * 5, one / 2, *[np.zeros((16, 16))] * 6]
-        values = 20.0 + 900.0 * np.array(frames)
-        pad = Pad(values + rng.normal(0.0, 2.0, values.shape), pitch_m=PITCH_M)
-        found = calibrate_objects([Recording({"pad": pad}, source="ball.npz")], [known_object("ball:0.02")])
+        found = calibrate_objects([pressed_by_a_ball(rng, 10, 0.6)], [known_object("ball:0.02")])
         exponent = found.findings[0]
         assert exponent.name == "exponent"
         off.append((exponent.value - 0.6) / exponent.error)
@@ -178,12 +181,6 @@ def test_the_spread_that_tips_on_a_scale_show_is_known_as_well_as_is_said(n: int
 @pytest.mark.parametrize("has_gains", [False, True])
 def test_gains_that_were_given_are_not_said_to_be_unknown(has_gains: bool) -> None:
     rng = np.random.default_rng(0)
-    maps = [ball(0.02, *rng.uniform(-8e-3, 8e-3, 2), rng.uniform(1.2e-3, 4e-3)) / 4e-3 for _ in range(6)]
-    frames = [np.zeros((16, 16))] * 8
-    for one in maps:
-        frames += [one / 2, *[one] * 5, one / 2, *[np.zeros((16, 16))] * 6]
-    values = 20.0 + 900.0 * np.array(frames)
-    pad = Pad(values + rng.normal(0.0, 2.0, values.shape), pitch_m=PITCH_M)
     known = Sensor(gains=np.ones((16, 16))) if has_gains else None
-    found = calibrate_objects([Recording({"pad": pad}, source="ball.npz")], [known_object("ball:0.02")], sensor=known)
+    found = calibrate_objects([pressed_by_a_ball(rng, 6)], [known_object("ball:0.02")], sensor=known)
     assert any(words.startswith("the gains:") for words in found.unknown) != has_gains

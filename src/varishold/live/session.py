@@ -291,7 +291,7 @@ class Session:
     def _keep(self, ended: KeptPress, time_s: float) -> None:
         """Keep a press that has ended under the label that is set; none of readings that go the wrong way."""
         if (why := self._watcher.wrong_way) is not None:
-            if self._teaching.to_dict()["label"] is not None:
+            if self._teaching.label is not None:
                 self.events.add("refused", time_s, f"the press is not kept: {why}")
         elif (kept := self._teaching.take(ended)) is not None:
             self.events.add("kept", time_s, f"press {kept[1]} of {kept[0]} kept")

@@ -38,6 +38,11 @@ class Teaching:
         self._thread: Thread | None = None
         self._words = ""
 
+    @property
+    def label(self) -> str | None:
+        """The label that presses are kept under now; None where they are not kept."""
+        return self._label
+
     def set_label(self, label: str | None) -> None:
         """Keep presses under this label from now on; None for under none.
 

@@ -24,15 +24,13 @@ _HEADINGS = {
     "unlabelled": "presses of anything",
     "scale": "a tip on a scale",
 }
+_UNDONE = "the same presses, their own gains undone"
 # What the maps show of each kind, before and after.
 _WORDS = {
-    "even": ("reading beside the usual taxel's, as it came", "the same presses, their own gains undone"),
+    "even": ("reading beside the usual taxel's, as it came", _UNDONE),
     "objects": ("highest reading of each taxel, of the highest", "reading beside what the fit predicts"),
-    "unlabelled": (
-        "reading beside the neighbours', on the median of the presses",
-        "the same presses, their own gains undone",
-    ),
-    "scale": ("reading beside the force, for presses at this taxel", "the same presses, their own gains undone"),
+    "unlabelled": ("reading beside the neighbours', on the median of the presses", _UNDONE),
+    "scale": ("reading beside the force, for presses at this taxel", _UNDONE),
 }
 
 
