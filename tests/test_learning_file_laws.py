@@ -30,7 +30,8 @@ def made(columns: tuple[str, ...] = ("angle_rad.a", "switch.b", "force_n.c")) ->
     """A model whose every number is another one."""
     rng = np.random.default_rng(0)
     model = TactileClassifier(error=0.125)
-    model.settings_ = MeasureSettings({"thumb": (5, 6), "palm": (7, 3)}, 0.5, 0.25, "seconds", 40.0, True, False, 2.5)
+    shapes = {"thumb": (5, 6), "palm": (7, 3)}
+    model.settings_ = MeasureSettings(shapes, 0.5, 0.25, "seconds", 40.0, True, False, 2.5, 0.125)
     model.measure_names_ = tuple(measure_names(model.settings_))
     model.columns_ = columns
     model.n_presses_ = 23
@@ -67,7 +68,7 @@ def test_every_field_comes_back(tmp_path: Path, columns: tuple[str, ...]) -> Non
     s = found.settings_
     assert dict(s.shapes) == {"thumb": (5, 6), "palm": (7, 3)}
     assert (s.floor, s.rise, s.clock, s.load, s.position, s.absolute) == (0.5, 0.25, "seconds", 40.0, True, False)
-    assert s.least_load == 2.5
+    assert (s.least_load, s.filled) == (2.5, 0.125)
     for name in ("error", "columns_", "n_features_in_", "remarks_", "measure_names_", "adapted_to_", "n_presses_"):
         assert getattr(found, name) == getattr(model, name)
     assert found.classes_.tolist() == ["bar", "cup"]
@@ -167,6 +168,12 @@ def test_every_number_has_its_limits(
         assert str(told.value).startswith(f"{tmp_path / 'm.npz'}: {message}")
     with pytest.raises(FormatError, match=f"{name!r} is missing; learn the model again"):
         read_model(changed(written, tmp_path / "m.npz", key, None, drop=True))
+
+
+def test_in_a_file_of_before_no_taxel_was_filled(written: Path, tmp_path: Path) -> None:
+    assert read_model(changed(written, tmp_path / "m.npz", "filled", None, drop=True)).settings_.filled == 0
+    with pytest.raises(FormatError, match="filled must lie between 0 and 1, got 2; learn the model again"):
+        read_model(changed(written, tmp_path / "m.npz", "filled", 2.0))
 
 
 def test_of_a_file_of_before_the_least_load_is_not_known(written: Path, tmp_path: Path) -> None:

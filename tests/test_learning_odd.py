@@ -345,3 +345,38 @@ def test_what_was_pressed_seldom_is_hardly_surely_called_what_was_pressed_often(
     assert (sure & wrong).mean() <= 0.02
     # On the mean answers promise what they keep.
     assert probabilities.max(axis=1).mean() <= 1 - wrong.mean() + 0.05
+
+
+def without_row(pairs: Pairs, row: int) -> Pairs:
+    cut = [(frames.copy(), time_s) for frames, time_s in pairs]
+    for frames, _ in cut:
+        frames[:, row] = np.nan
+    return cut
+
+
+def test_what_stands_on_taxels_that_broke_since_promises_little(timed: TactileClassifier) -> None:
+    X, _ = presses(4, each=4)
+    beside, amid = without_row(X, 0), without_row(X, 4)
+    assert timed.predict_proba(beside).max() > 0.95
+    assert timed.predict_proba(amid).max(axis=1).max() <= 0.9
+    np.testing.assert_array_equal(timed.predict_proba([*amid, *X])[len(X) :], timed.predict_proba(X))
+    assert timed.remarks_on(beside) == ()
+    assert timed.remarks_on([*X, amid[0]]) == (
+        "1 press stands in part on broken taxels, where none usually did in learning: no p above .9 there",
+    )
+
+
+def test_where_taxels_were_broken_in_learning_too_answers_are_as_sure_as_held_out_presses_were() -> None:
+    X, y = presses(0, each=12)
+    learned = TactileClassifier(drift=0, folds=2).fit(without_row(X, 4), y)
+    asked, truth = presses(4, each=4)
+    assert 0.2 < learned.settings_.filled < 0.5
+    assert learned.predict(without_row(asked, 4)).tolist() == truth.tolist()
+    assert np.median(learned.predict_proba(without_row(asked, 4)).max(axis=1)) > 0.95
+    assert learned.remarks_on(without_row(asked, 4)) == ()
+
+
+def test_that_taxels_were_broken_in_few_presses_of_many_does_not_make_it_usual() -> None:
+    X, y = presses(0, each=12)
+    learned = TactileClassifier(drift=0, folds=2).fit([*without_row(X[:2], 4), *X[2:]], y)
+    assert learned.settings_.filled == 0

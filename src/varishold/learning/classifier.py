@@ -10,6 +10,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from varishold._counted import counted
 from varishold._name import plain_name, refuse_name_of_strangers
 from varishold.errors import InputError
 from varishold.learning.adaptation import estimate_drift
@@ -24,12 +25,13 @@ from varishold.touch.course.measures import (
     form_alone,
     learn_settings,
     least_load,
+    made_up,
     measure_names,
     measure_presses,
     of_another_clock,
     of_forms,
 )
-from varishold.touch.course.presses import Press, first_of_same, values_of
+from varishold.touch.course.presses import Press, as_presses, first_of_same, is_flat, values_of
 
 __all__ = ["NUMBERS", "TOUCH", "TactileClassifier"]
 
@@ -335,8 +337,17 @@ class TactileClassifier(PressClassifier):
             said = replace(said, p_values=p_values, untimely=untimely)
         return said.probabilities, said.p_values, said
 
-    def _usual(self, p_values: Floats) -> Floats:
-        return np.minimum(p_values, self.error) if self.n_presses_ < _FEWEST_SURE else p_values
+    def _usual(self, presses: Sequence[Press], p_values: Floats) -> Floats:
+        unsure = made_up(presses, self.settings_) | (self.n_presses_ < _FEWEST_SURE)
+        return np.where(unsure, np.minimum(p_values, self.error), p_values)
+
+    def remarks_on(self, X: Any) -> tuple[str, ...]:
+        remarks = super().remarks_on(X)
+        n_made_up = 0 if is_flat(X) else int(made_up(as_presses(X), self.settings_).sum())
+        if not n_made_up:
+            return remarks
+        these = counted(n_made_up, "press stands", "presses stand")
+        return (*remarks, f"{these} in part on broken taxels, where none usually did in learning: no p above .9 there")
 
     @property
     def _least_p_value(self) -> float:

@@ -120,6 +120,7 @@ def _entries(model: TactileClassifier) -> tuple[dict[str, Any], dict[str, NDArra
         "clock": settings.clock,
         "load": settings.load,
         "least_load": settings.least_load,
+        "filled": settings.filled,
         "position": settings.position,
         "absolute": settings.absolute,
         "columns": list(model.columns_),
@@ -263,6 +264,7 @@ def _settings(about: Mapping[str, Any], pads: Mapping[str, tuple[int, int]]) -> 
         about["position"],
         about["absolute"],
         number({"least_load": 0.0, **about}, "least_load", 0.0),
+        number({"filled": 0.0, **about}, "filled", 0.0, 1.0),
     )
 
 

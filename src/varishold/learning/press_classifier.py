@@ -181,9 +181,9 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
 
     def _judged(self, presses: Sequence[Press]) -> tuple[Floats, Floats, Any]:
         plain, p_values, said = self._said(presses)
-        return widened(plain, self._usual(p_values), self.error), p_values, said
+        return widened(plain, self._usual(presses, p_values), self.error), p_values, said
 
-    def _usual(self, p_values: Floats) -> Floats:
+    def _usual(self, presses: Sequence[Press], p_values: Floats) -> Floats:
         """Return by which p-values answers are believed: those of the presses."""
         return p_values
 

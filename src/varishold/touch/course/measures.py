@@ -28,6 +28,7 @@ __all__ = [
     "form_alone",
     "learn_settings",
     "least_load",
+    "made_up",
     "measure_names",
     "measure_presses",
     "of_another_clock",
@@ -53,6 +54,10 @@ _PLACES = ("x_at", "y_at", "moved", "rows", "columns")
 _TOUCHED = 0.02
 # What bears less than this share of the least load that was learned bears next to nothing.
 _NOTHING = 0.1
+# Where by so much more of the load stands on broken taxels than was usual in learning, the form is made up in part.
+_MADE_UP = 0.02
+# What was so in all training presses but this share of them was usual.
+_UNUSUAL = 0.1
 # What takes so many times as long as is usual, or so much less, and is so many standard deviations off, is of another
 # clock, or no such press.
 _OTHER_CLOCK, _OTHER_SIGMAS = 10.0, 4.0
@@ -83,6 +88,8 @@ class MeasureSettings:
         Whether places on the pads and absolute loads are measured too.
     least_load : float
         The largest load of the press that bore least; 0 where that is not known, or one bore nothing.
+    filled : float
+        The share of the largest load that stood on broken taxels, which a tenth of the presses exceeded.
     """
 
     shapes: Mapping[str, tuple[int, int]]
@@ -93,6 +100,7 @@ class MeasureSettings:
     position: bool
     absolute: bool
     least_load: float = 0.0
+    filled: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +128,8 @@ def learn_settings(presses: Sequence[Press], *, position: bool, absolute: bool) 
     loads = np.array([course.loads[-1].sum() for course in courses])
     rise = float(np.median(rises[rises > 0])) if (rises > 0).any() else 1.0
     load = float(np.median(loads[loads > 0])) if (loads > 0).any() else 1.0
-    return MeasureSettings(names, floor, rise, clock, load, position, absolute, least_load(presses, floor))
+    filled = float(np.quantile([_filled_share(press, floor) for press in presses], 1 - _UNUSUAL))
+    return MeasureSettings(names, floor, rise, clock, load, position, absolute, least_load(presses, floor), filled)
 
 
 def least_load(presses: Sequence[Press], floor: float) -> float:
@@ -137,6 +146,15 @@ def bear_nothing(presses: Sequence[Press], settings: MeasureSettings) -> NDArray
     least = _NOTHING * settings.least_load
     whole = settings.shapes.keys()
     return np.array([press.pads.keys() >= whole and _largest_load(press, settings.floor) < least for press in presses])
+
+
+def made_up(presses: Sequence[Press], settings: MeasureSettings) -> NDArray[np.bool_]:
+    """Tell of which presses more of the load stands on broken taxels than was usual in learning, shape (n_presses,).
+
+    What these would read is drawn from the taxels around them: part of the form is not felt.
+    """
+    most = settings.filled + _MADE_UP
+    return np.array([_filled_share(press, settings.floor) > most for press in presses])
 
 
 def of_another_clock(measures: Floats, shift: Floats, scale: Floats, drift: Floats | float = 0.0) -> NDArray[np.bool_]:
@@ -162,6 +180,17 @@ def of_another_clock(measures: Floats, shift: Floats, scale: Floats, drift: Floa
 def _largest_load(press: Press, floor: float) -> float:
     loads = [np.maximum(frames - floor, 0.0).sum(axis=(1, 2)) for frames in press.pads.values()]
     return float(np.sum(loads, axis=0).max())
+
+
+def _filled_share(press: Press, floor: float) -> float:
+    """Return how much of the largest load stands on broken taxels."""
+    if not press.filled:
+        return 0.0
+    above = {name: np.maximum(frames - floor, 0.0) for name, frames in press.pads.items()}
+    loads = np.sum([of.sum(axis=(1, 2)) for of in above.values()], axis=0)
+    top = int(np.argmax(loads))
+    filled = sum(float(above[name][top][broken].sum()) for name, broken in press.filled.items())
+    return min(filled / float(loads[top]), 1.0) if loads[top] > 0 else 0.0
 
 
 def measure_presses(presses: Sequence[Press], settings: MeasureSettings) -> Floats:

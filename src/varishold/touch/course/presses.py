@@ -66,6 +66,8 @@ class Press:
         Of the frames; "raw" where it is not known.
     pitch_m : mapping of str to (float, float)
         How far rows and columns of taxels are apart, of the pads of which it is known; metres.
+    filled : mapping of str to ndarray of shape (rows, cols), bool
+        Of pads with broken taxels which these are.
     """
 
     pads: Mapping[str, Floats]
@@ -75,6 +77,7 @@ class Press:
     place: str = ""
     unit: str = "raw"
     pitch_m: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    filled: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
 
     @property
     def shapes(self) -> dict[str, tuple[int, int]]:
@@ -337,21 +340,22 @@ def _cut(
     place: str,
     works: Mapping[str, NDArray[np.bool_]],
 ) -> Press:
-    pads, fields = {}, {}
+    pads, fields, filled = {}, {}, {}
     for name, pad in recording.pads.items():
-        pads[name] = _filled(pad, first, stop, works[name])
         fields[name] = np.ones(pad.shape, np.bool_) if pad.field is None else pad.field
+        pads[name] = _filled(pad, first, stop, works[name], fields[name])
+        if (broken := fields[name] & ~works[name]).any():
+            filled[name] = broken
     time_s = None if recording.time_s is None else recording.time_s[first:stop]
     if time_s is not None and (np.diff(time_s) < 0).any():
         raise InputError("time_s must not run backward within a press")
     pitch_m = {name: pad.pitch_m for name, pad in recording.pads.items() if pad.pitch_m is not None}
-    return Press(_at_rest_zero(pads, fields), fields, time_s, numbers, place, recording.unit, pitch_m)
+    return Press(_at_rest_zero(pads, fields), fields, time_s, numbers, place, recording.unit, pitch_m, filled)
 
 
-def _filled(pad: Pad, first: int, stop: int, works: NDArray[np.bool_]) -> Floats:
+def _filled(pad: Pad, first: int, stop: int, works: NDArray[np.bool_], field: NDArray[np.bool_]) -> Floats:
     """Return frames in which broken taxels are filled, 0 where there is no taxel."""
     frames = np.asarray(pad.frames[first:stop], dtype=np.float64)
-    field = np.ones(pad.shape, np.bool_) if pad.field is None else pad.field
     if not works[field].all() and works.any():
         frames = np.stack([fill_invalid(frame, works, field) for frame in frames])
     return np.where(field, frames, 0.0)
