@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.learning.discriminant import Scaling, learn_scaling, linear_discriminants, single
-from varishold.trust import Calibration, class_weights
+from varishold.learning.loss import mean_loss
+from varishold.trust import Calibration
 
 __all__ = ["LEAST_TYPICAL", "LearnedPads", "PadDiscriminant", "learn_pads", "refusal_limit"]
 
@@ -176,10 +177,8 @@ def _solved(signatures: Floats, codes: NDArray[np.intp], n_classes: int) -> list
 
 def _calibrated(scores: Floats, truth: NDArray[np.intp]) -> tuple[float, float]:
     """Return the largest temperature of about the least log loss on held-out scores, and that loss in nats."""
-    counts, losses = class_weights(truth), []
-    for temperature in _TEMPERATURES.tolist():
-        of = Calibration(temperature, 0.0).probabilities(scores)[np.arange(len(truth)), truth]
-        losses.append(float(-np.log(np.maximum(of, _LEAST)) @ counts) / len(truth))
+    calibrations = [Calibration(temperature, 0.0) for temperature in _TEMPERATURES.tolist()]
+    losses = [mean_loss(np.log(np.maximum(of.probabilities(scores), _LEAST)), truth) for of in calibrations]
     best = int(np.flatnonzero(np.array(losses) <= min(losses) + _AS_GOOD)[-1])
     return float(_TEMPERATURES[best]), losses[best]
 

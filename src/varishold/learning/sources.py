@@ -23,6 +23,7 @@ from varishold.learning.discriminant import (
     landmark_rows,
     learn_scaling,
 )
+from varishold.learning.loss import mean_loss
 from varishold.trust import SourceWeights, calibrate, choose_weights, class_weights, fuse
 
 __all__ = ["FORMS_SHARE", "Learned", "Source", "View", "learn", "view_name", "with_class"]
@@ -205,7 +206,7 @@ def learn(
             views.append(View(_solved(apart, rows, codes, n_classes, power, setting), temperature, typical))
         sources[name] = Source(scaling, scaled[rows], tuple(views))
     trust = choose_weights(said, truth, counts=counts)
-    loss = float(-fuse(said, trust)[np.arange(len(truth)), truth] @ counts) / len(truth)
+    loss = mean_loss(fuse(said, trust), truth)
     return Learned(sources, trust, _strangeness(strange), loss, codes[rows]), rows
 
 
@@ -323,9 +324,7 @@ def _chosen(
 
 def _log_loss(scores: Floats, codes: NDArray[np.intp]) -> float:
     """Return the log loss of held-out scores, as well as they can be calibrated."""
-    counts = class_weights(codes)
-    of = calibrate(scores, codes, counts).probabilities(scores)[np.arange(len(codes)), codes]
-    return float(-np.log(of) @ counts) / len(codes)
+    return mean_loss(np.log(calibrate(scores, codes, class_weights(codes)).probabilities(scores)), codes)
 
 
 def _strangeness(strange: Sequence[Sequence[Floats]]) -> Floats:
