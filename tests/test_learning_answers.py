@@ -236,7 +236,8 @@ def test_remarks_tell_of_sessions_and_of_few_presses() -> None:
     assert remarks([0, 0, 0, 1, 1, 1], error=0.2) == (f"no sessions are known: {held}",)[1:]
     # All of one thing is in one session.
     one = np.where(y == "bar", 0, np.arange(6) % 4)
-    assert remarks(one, error=0.2) == (f"some thing was felt in one session only: {held}",)
+    assert remarks(one, error=0.2) == (f"'bar' was felt in one session only: {held}",)
+    assert remarks(["a"] * 6, error=0.2) == (f"all presses are of one session, 'a': {held}",)
     assert remarks()[1:] == (f"6 {few} 0.05: give 19 or more",)
     # Six are enough for an error of one in seven, and not for less.
     assert remarks(error=1 / 7) == (f"no sessions are known: {held}",)

@@ -84,6 +84,7 @@ def test_what_cannot_be_done_is_told_in_one_line(
         ((*learn, "--label", "name", *out), "presses have no column 'name', known are: thing, day"),
         ((*learn, "--label", "thing", "--group", "hour", *out), "presses have no column 'hour'"),
         ((*learn, "--label", "thing", "--group", "thing", *out), "groups are the labels themselves"),
+        ((*learn, "--label", "thing", "--group", "thing", *out), "such as the session (--group)"),
         ((*learn, "--label", "folder", *out), "learn.npz: 'folder' names one thing only, 'learn"),
         (
             ("learn", folder / "model.npz", "--add", "ring", folder / "ring.npz", "--group", "day", *out),

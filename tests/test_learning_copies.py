@@ -10,6 +10,8 @@ from tests.test_learning_adaptation import presses
 
 from varishold import TactileClassifier
 from varishold.errors import InputError
+from varishold.evaluation import evaluate
+from varishold.learning.training import named_alike
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +28,35 @@ def test_a_copy_is_learned_once_and_told(fitted: TactileClassifier) -> None:
     assert told in again.remarks_
     assert told not in fitted.remarks_
     otherwise = TactileClassifier(drift=0).fit([*X, X[0]], [*y, y[1]])
-    assert "1 press is a copy of others that have another label: look which is right" in otherwise.remarks_
+    pair = f"press 0 is {str(y[0])!r}, press {len(X)} is {str(y[1])!r}"
+    assert f"1 press is a copy of others that have another label: {pair}; look which is right" in otherwise.remarks_
+
+
+def test_copies_with_another_label_are_learned_once_too() -> None:
+    X, y = presses(0, each=4)
+    once = TactileClassifier(drift=0).fit([*X, X[0]], [*y, y[1]])
+    twice = TactileClassifier(drift=0).fit([*X, X[0], X[0]], [*y, y[1], y[1]])
+    np.testing.assert_array_equal(twice.predict_proba(X), once.predict_proba(X))
+
+
+def test_names_that_are_nearly_alike_are_told() -> None:
+    names = np.array(["Ball", "Blue cup", "ball", "blue-cup", "box", "box 1", "box 1 1", "box 11", "-1", "1"])
+    assert named_alike(names) == (
+        "things with names that are nearly alike are told apart: 'Ball', 'ball'; 'Blue cup', 'blue-cup'; "
+        "if they are one, give them one name",
+    )
+    assert named_alike(np.array([1, 11, 111])) == ()
+    X, y = presses(0, each=4)
+    learned = TactileClassifier(drift=0).fit(X, np.where(np.arange(len(y)) < len(y) / 2, y, np.char.upper(y)))
+    assert any(remark.startswith("things with names that are nearly alike") for remark in learned.remarks_)
+
+
+def test_evaluation_tells_of_copies_with_another_label_and_of_names_nearly_alike() -> None:
+    X, y = presses(0, each=4)
+    labels = [*y, y[1], *np.char.upper(y)]
+    found = evaluate([*X, X[0], *(frames + 1e-3 for frames in X)], labels, shots=(), peers=False, strangers=False)
+    assert any("1 press is a copy of others that have another label" in remark for remark in found.remarks)
+    assert any(remark.startswith("things with names that are nearly alike") for remark in found.remarks)
 
 
 def test_a_new_class_of_known_presses_is_told() -> None:

@@ -31,6 +31,7 @@ from varishold.evaluation.splits import Split, split_presses
 from varishold.files.crew import Worker, crew_of
 from varishold.learning import PressClassifier, TactileClassifier
 from varishold.learning.checks import plain_names
+from varishold.learning.training import named_alike, named_otherwise
 from varishold.touch.course.one_sensor import of_one_sensor
 from varishold.touch.course.presses import Press, as_presses, flat_presses, is_flat
 from varishold.trust import first_without_name
@@ -128,7 +129,9 @@ def evaluate(
         leaks = find_leaks(felt, split, in_run, seed=seed, tick=step)
         best = Peer(beside[0].features, beside[0].learner) if beside else None
         curve = shots_curve(learner, felt, split, shots=shots, peer=best, seed=seed, crew=crew, tick=step)
-    remarks = [*_split_remarks(felt, split), *interval_remarks(felt.groups)]
+    labels = felt.classes[felt.codes]
+    remarks = [*named_otherwise(felt.presses, labels), *named_alike(felt.classes)]
+    remarks += [*_split_remarks(felt, split), *interval_remarks(felt.groups)]
     if left_out is not None and not left_out.classes:
         remarks.append("there are too few things to leave one out of learning: no strangers were tried")
     return Evaluation(

@@ -261,9 +261,10 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
     def _remarks(self, training: Training) -> tuple[str, ...]:
         """Return what a reader should know of what was learned."""
         remarks = [*training.remarks]
-        if not training.sessions:
-            why = "some thing was felt in one session only" if training.grouped else "no sessions are known"
-            remarks.append(f"{why}: no session was held out, and on another day answers may be worse than they claim")
+        if training.unheld:
+            remarks.append(
+                f"{training.unheld}: no session was held out, and on another day answers may be worse than they claim"
+            )
         if self.loss_ > _GUESSED * math.log(len(self.classes_)):
             remarks.append(
                 "held-out presses are told no better than by guessing: look whether labels stand beside the right "

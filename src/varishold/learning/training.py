@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,13 +15,15 @@ from varishold.errors import InputError
 from varishold.touch.course.presses import Press, drifted, first_of_same
 from varishold.trust import group_folds, kept_together, same_partition
 
-__all__ = ["COPIES", "Training", "copies_of", "copies_told", "deal_presses"]
+__all__ = ["COPIES", "Training", "copies_of", "copies_told", "deal_presses", "named_alike", "named_otherwise"]
 
 #: Copies of every press that have drifted, each in its own way.
 COPIES = 5
 # What is learned without place or load lies up to so many taxels elsewhere there, and is pressed so much less, and up
 # to so many times as fast or as slowly: how fast a hand closes belongs to how hard it grips.
 _ELSEWHERE, _LIGHTER, _PACE = 2, 0.4, 1.5
+# A remark names so many things, or pairs of them.
+_MOST_TOLD = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +37,8 @@ class Training:
         The class of each, and the fold in which it is held out.
     sessions : bool
         Whether whole sessions are held out.
-    grouped : bool
-        Whether groups were given.
+    unheld : str
+        Why no session is held out, where none is.
     n_copies : int
         So many times the presses are learned again as they might be on another day.
     remarks : tuple of str
@@ -45,7 +49,7 @@ class Training:
     codes: NDArray[np.intp]
     fold: NDArray[np.intp]
     sessions: bool
-    grouped: bool
+    unheld: str
     n_copies: int
     remarks: tuple[str, ...] = ()
 
@@ -93,24 +97,31 @@ def deal_presses(
     """
     first = first_of_same(presses)
     # A copy that is named otherwise stays: which name is right is not known.
-    kept = np.flatnonzero((first == np.arange(len(first))) | (labels[first] != labels))
-    remarks = copies_told(len(presses) - len(kept), int((labels[first] != labels).sum()))
-    named = None if sessions is None else sessions[kept]
+    named = np.stack([first, np.unique(labels, return_inverse=True)[1]])
+    kept = np.sort(np.unique(named, axis=1, return_index=True)[1])
+    remarks = copies_told(len(presses) - len(kept)) + named_otherwise(presses, labels)
+    of_kept = None if sessions is None else sessions[kept]
     classes, codes = np.unique(labels[kept], return_inverse=True)
     if len(classes) < 2:
         raise InputError(
             f"y must hold at least two classes to tell apart, got 1 class: {str(classes[0])!r}; "
             "give presses of something else too"
         )
-    if named is not None and same_partition(named, codes):
-        raise InputError("groups are the labels themselves: nothing would be left to learn a held-out label from")
+    if of_kept is not None and same_partition(of_kept, codes):
+        raise InputError(
+            "groups are the labels themselves: nothing would be left to learn a held-out label from; name what "
+            "changes from day to day, such as the session",
+            parameter="group",
+        )
     counts = np.bincount(codes)
     if counts.min() < 2 and len(kept) < len(first):
         few = str(classes[counts.argmin()])
         raise InputError(f"{few!r} has one press only, copies being one: give each class at least two that differ")
-    fold = group_folds(labels[kept], named, folds=folds)
-    together = named is not None and kept_together(fold, named)
-    return classes, Training([presses[k] for k in kept], codes, fold, together, named is not None, n_copies, remarks)
+    fold = group_folds(labels[kept], of_kept, folds=folds)
+    together = of_kept is not None and kept_together(fold, of_kept)
+    remarks += named_alike(classes)
+    unheld = "" if together else _why_unheld(classes, codes, of_kept)
+    return classes, Training([presses[k] for k in kept], codes, fold, together, unheld, n_copies, remarks)
 
 
 def copies_of(presses: list[Press], n_copies: int, drift: float, *, elsewhere: bool, lighter: bool) -> list[Press]:
@@ -129,13 +140,47 @@ def copies_of(presses: list[Press], n_copies: int, drift: float, *, elsewhere: b
     ]
 
 
-def copies_told(n_copies: int, n_otherwise: int = 0) -> tuple[str, ...]:
-    """Return remarks on presses that are there more than once, and on those that have another label then."""
-    remarks = []
-    if n_copies:
-        what = counted(n_copies, "press is a copy", "presses are copies")
-        remarks.append(f"{what} of others, with identical frames: each is learned once; leave the copies out")
-    if n_otherwise:
-        what = counted(n_otherwise, "press is a copy", "presses are copies")
-        remarks.append(f"{what} of others that have another label: look which is right")
-    return tuple(remarks)
+def copies_told(n_copies: int) -> tuple[str, ...]:
+    """Return a remark on presses that are there more than once, where any are."""
+    if not n_copies:
+        return ()
+    what = counted(n_copies, "press is a copy", "presses are copies")
+    return (f"{what} of others, with identical frames: each is learned once; leave the copies out",)
+
+
+def named_otherwise(presses: Sequence[Press], labels: NDArray[Any]) -> tuple[str, ...]:
+    """Return a remark on presses that are copies of others with another label, where any are."""
+    first = first_of_same(presses)
+    otherwise = np.flatnonzero(labels[first] != labels)
+    if not otherwise.size:
+        return ()
+    pair = [f"{presses[k].place} is {str(labels[k])!r}" for k in (first[otherwise[0]], otherwise[0])]
+    what = counted(otherwise.size, "press is a copy", "presses are copies")
+    return (f"{what} of others that have another label: {', '.join(pair)}; look which is right",)
+
+
+def named_alike(classes: NDArray[Any]) -> tuple[str, ...]:
+    """Return a remark on classes whose names differ in nothing but case, and in what stands between words."""
+    alike: dict[str, list[str]] = {}
+    for name in map(str, classes):
+        alike.setdefault(re.sub(r"[\s_-]+", " ", name.casefold()), []).append(name)
+    pairs = [names for names in alike.values() if len(names) > 1]
+    if not pairs:
+        return ()
+    told = "; ".join(", ".join(map(repr, names)) for names in pairs[:_MOST_TOLD])
+    return (f"things with names that are nearly alike are told apart: {told}; if they are one, give them one name",)
+
+
+def _why_unheld(classes: NDArray[Any], codes: NDArray[np.intp], sessions: NDArray[Any] | None) -> str:
+    """Return why no session can be held out."""
+    if sessions is None:
+        return "no sessions are known"
+    names, of = np.unique(sessions, return_inverse=True)
+    if len(names) == 1:
+        return f"all presses are of one session, {str(names[0])!r}"
+    pairs = np.unique(np.stack([codes, of]), axis=1)
+    alone = [repr(str(name)) for name in classes[np.bincount(pairs[0]) == 1]]
+    if not alone:
+        return "without any share of the sessions some thing would be unknown"
+    more = f" and {len(alone) - _MOST_TOLD} more" if len(alone) > _MOST_TOLD else ""
+    return f"{', '.join(alone[:_MOST_TOLD])}{more} {'was' if len(alone) == 1 else 'were'} felt in one session only"
