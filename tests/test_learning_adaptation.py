@@ -108,6 +108,25 @@ def test_presses_that_bear_nothing_change_nothing_and_are_not_counted(fitted: Ta
         fitted.adapt([*X[:2], *faint(X)])
 
 
+def test_the_same_press_once_more_tells_no_more_of_drift(fitted: TactileClassifier) -> None:
+    X, _ = presses(6, x=0.8)
+    again, alone = fitted.adapt([*X, *X[:7]]), fitted.adapt(X)
+    assert again.adapted_to_ == len(X)
+    np.testing.assert_array_equal(again.learned_.drift["touch"], alone.learned_.drift["touch"])
+    with pytest.raises(InputError, match=r"only \d.\d of 3 new presses are like what is known, 5 are needed"):
+        fitted.adapt([*X[:3]] * 4)
+
+
+def test_the_command_tells_how_many_are_copies(fitted: TactileClassifier, tmp_path: Path) -> None:
+    X, _ = presses(9, each=3)
+    write_model(fitted, tmp_path / "model.npz")
+    for name, some in (("new", X), ("same", X[:2])):
+        press = np.repeat(np.arange(len(some)), [len(x) for x in some])
+        write(Recording({"pad_0": Pad(np.concatenate(some))}, press=press), tmp_path / f"{name}.npz")
+    said = told("recognize", tmp_path / "model.npz", tmp_path / "new.npz", tmp_path / "same.npz", "--adapt").stdout
+    assert f"was estimated from {len(X)} of these {len(X) + 2} presses; 2 copies of others left out" in said
+
+
 @pytest.mark.parametrize(("n_faint", "told_of"), [(1, "1 that bears"), (3, "3 that bear")])
 def test_the_command_tells_how_many_bear_nothing(
     fitted: TactileClassifier, tmp_path: Path, n_faint: int, told_of: str

@@ -389,6 +389,12 @@ def test_a_space_at_the_end_of_a_label_makes_no_other_thing() -> None:
     assert found.groups.tolist() == ["1", "1"]
 
 
+def test_a_letter_whose_mark_stands_apart_makes_no_other_thing() -> None:
+    given = [recording("Wu\u0308rfel/a.npz", n=["Ku\u0308bel"]), recording("W\u00fcrfel/b.npz", n=["K\u00fcbel"])]
+    assert set(labelled_presses(given, label="n").labels.tolist()) == {"K\u00fcbel"}
+    assert set(labelled_presses(given, label="folder").labels.tolist()) == {"W\u00fcrfel"}
+
+
 def test_columns_that_are_missing_are_told() -> None:
     one = recording("a.npz", n=[1.0, np.nan], s=["x", " "])
     for kind, column, message in (

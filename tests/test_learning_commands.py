@@ -113,6 +113,7 @@ def test_an_answer_in_words() -> None:
     found = Recognition("disc", 0.876, {"bar": 0.1, "ring": 0.02}, 0.5, False, reasons, "f, press 3", "disc", "p")
     assert _in_words(found) == "disc 0.88, else bar 0.10; a +2.3, b +0.5, c -1.0; most like f, press 3"
     assert _in_words(replace(found, alternatives={})) == "disc 0.88; a +2.3, b +0.5, c -1.0; most like f, press 3"
+    assert _in_words(replace(found, nearest="f\nball 1.00", alternatives={})).endswith("most like f ball 1.00")
     refused = replace(found, refused=True, p_value=0.0123)
     assert _in_words(refused) == "none of these (p = 0.012); nearest is disc, most like f, press 3"
     assert _told_loss(0.5) == "held out, the true thing has p = 0.61 on the geometric mean"

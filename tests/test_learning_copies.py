@@ -45,7 +45,8 @@ def test_names_that_are_nearly_alike_are_told() -> None:
         "things with names that are nearly alike are told apart: 'Ball', 'ball'; 'Blue cup', 'blue-cup'; "
         "if they are one, give them one name",
     )
-    assert named_alike(np.array([1, 11, 111])) == ()
+    assert named_alike(np.array([1, 11, 111])) == named_alike(np.array(["-1", "1", "1_1", "11", "1.1"])) == ()
+    assert "apart: '1', '1.0'; '10', '010'; if" in named_alike(np.array(["1", "1.0", "10", "010"]))[0]
     X, y = presses(0, each=4)
     learned = TactileClassifier(drift=0).fit(X, np.where(np.arange(len(y)) < len(y) / 2, y, np.char.upper(y)))
     assert any(remark.startswith("things with names that are nearly alike") for remark in learned.remarks_)

@@ -270,6 +270,13 @@ WRONG = [
     ("sources/more", {}, "sources must be touch, numbers"),
     ("classes", np.array(["cup", "bar"]), "classes must be different and in order"),
     ("classes", np.array(["cup", "cup"]), "classes must be different and in order"),
+    ("classes", np.array(["bar", "cup\nball 1.00"]), "classes must be lines of printable text, got 'cup\\nball 1.00'"),
+    ("classes", np.array(["", "cup"]), "classes must be lines of printable text, got ''"),
+    (
+        "classes",
+        np.array(["bar", "none of these"]),
+        "no thing can be called 'none of these'",
+    ),
     ("classes", np.array(["cup"]), "classes must be two or more texts or numbers, got <U3 of shape (1,)"),
     ("classes", np.array([["a", "b"]]), "classes must be two or more texts or numbers, got <U1 of shape (1, 2)"),
     ("classes", np.array([1j, 2j]), "classes must be two or more texts or numbers, got complex128 of shape (2,)"),

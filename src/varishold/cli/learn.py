@@ -191,7 +191,7 @@ def recognize(
     refuse_alone(workers=workers, cluster=cluster, keep_parts=keep_parts or None)
     from varishold.cli.recordings import each_file, odd_recordings, read_upright, recording_files
     from varishold.learning import TactileClassifier, read_model
-    from varishold.touch.course.presses import cut_presses
+    from varishold.touch.course.presses import cut_presses, first_of_same
 
     learned = read_model(model)
     files = recording_files(recordings)
@@ -208,10 +208,12 @@ def recognize(
         unlabelled = [press for file in files for press in presses_of(file)]
         learned = learned.adapt(unlabelled)
         if not json:
-            some, faint = learned.adapted_to_, len(unlabelled) - learned.adapted_to_
+            copies = len(unlabelled) - len(set(first_of_same(unlabelled)))
+            some, faint = learned.adapted_to_, len(unlabelled) - learned.adapted_to_ - copies
             all_of_them = f"{'this' if some == 1 else 'these'} {counted(some, 'press')}"
-            which = f"{some} of these {len(unlabelled)} presses" if faint else all_of_them
+            which = f"{some} of these {len(unlabelled)} presses" if faint or copies else all_of_them
             why = f"; {faint} that {'bears' if faint == 1 else 'bear'} next to nothing left out" if faint else ""
+            why += f"; {counted(copies, 'copy', 'copies')} of others left out" if copies else ""
             echo(f"note: drift since the model was learned was estimated from {which}{why}")
 
     def answer(file: str) -> None:
@@ -249,7 +251,7 @@ def tell_strange(file: str, answers: Sequence[Recognition], *, adaptable: bool =
 
 def _in_words(found: Recognition) -> str:
     reasons = ", ".join(f"{name} {nats:+.1f}" for name, nats in found.measures[:3])
-    like = f"most like {found.nearest}"
+    like = f"most like {' '.join(found.nearest.split())}"
     if found.refused:
         beyond = f"; outside of all that was learned: {', '.join(found.outside[:_MOST_NAMED])}" if found.outside else ""
         return f"none of these (p = {found.p_value:.3f}{beyond}); nearest is {found.label}, {like}"

@@ -252,7 +252,8 @@ class TactileClassifier(PressClassifier):
         X : sequence of presses
             Of the new session, as in `predict`: five or more that are like what is known, at least two of them of
             another thing than the rest. Those to be answered may be among them. Those that bear next to nothing, less
-            than a tenth of the least load that was learned, are left out: `adapted_to_` counts the others.
+            than a tenth of the least load that was learned, and copies of others are left out: `adapted_to_` counts the
+            rest.
 
         Raises
         ------
@@ -260,7 +261,8 @@ class TactileClassifier(PressClassifier):
             If too few presses are like anything known, all are of one thing, or no common shift explains them.
         """
         asked = self._asked(X)
-        presses = [asked[k] for k in np.flatnonzero(~bear_nothing(asked, self.settings_))]
+        told = [asked[k] for k in np.unique(first_of_same(asked))]
+        presses = [told[k] for k in np.flatnonzero(~bear_nothing(told, self.settings_))]
         if not presses:
             raise InputError(
                 f"none of {len(asked)} new presses bears a tenth of the least load that was learned: nothing tells how "

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._name import plain_name, refuse_name_of_strangers
 from varishold.errors import InputError
 from varishold.files import Archive
 from varishold.frame.checks import as_pitch
@@ -52,6 +53,10 @@ def classes_of(archive: Archive) -> NDArray[Any]:
         raise InputError(f"classes must be two or more texts or numbers, got {classes.dtype} of shape {classes.shape}")
     if not (classes[1:] > classes[:-1]).all():
         raise InputError("classes must be different and in order")
+    for name in classes.tolist() if classes.dtype.kind == "U" else ():
+        if plain_name(name) is None:
+            raise InputError(f"classes must be lines of printable text, got {name[:60]!r}")
+        refuse_name_of_strangers(name)
     return classes
 
 

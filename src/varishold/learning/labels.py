@@ -88,7 +88,8 @@ def _check_a_press_each(recording: Recording, name: str, parameter: str) -> None
 
 def _column(recording: Recording, name: str, n_presses: int, parameter: str) -> list[str]:
     if name == FOLDER:
-        return [Path(os.path.abspath(recording.source)).parent.name] * n_presses
+        folder = Path(os.path.abspath(recording.source)).parent.name
+        return [plain_name(folder) or folder] * n_presses
     columns = recording.presses.columns
     _check_a_press_each(recording, name, parameter)
     if name not in columns:

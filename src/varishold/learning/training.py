@@ -160,15 +160,21 @@ def named_otherwise(presses: Sequence[Press], labels: NDArray[Any]) -> tuple[str
 
 
 def named_alike(classes: NDArray[Any]) -> tuple[str, ...]:
-    """Return a remark on classes whose names differ in nothing but case, and in what stands between words."""
+    """Return a remark on classes whose names are one number, or differ in case and between words alone."""
     alike: dict[str, list[str]] = {}
     for name in map(str, classes):
-        alike.setdefault(re.sub(r"[\s_-]+", " ", name.casefold()), []).append(name)
+        alike.setdefault(_in_essence(name), []).append(name)
     pairs = [names for names in alike.values() if len(names) > 1]
     if not pairs:
         return ()
     told = "; ".join(", ".join(map(repr, names)) for names in pairs[:_MOST_TOLD])
     return (f"things with names that are nearly alike are told apart: {told}; if they are one, give them one name",)
+
+
+def _in_essence(name: str) -> str:
+    if re.fullmatch(r"[+-]?\d+(\.\d*)?", name, re.ASCII):
+        return repr(float(name))
+    return re.sub(r"[\s_-]+", " ", name.casefold())
 
 
 def _why_unheld(classes: NDArray[Any], codes: NDArray[np.intp], sessions: NDArray[Any] | None) -> str:
