@@ -390,7 +390,10 @@ def test_a_space_at_the_end_of_a_label_makes_no_other_thing() -> None:
 
 
 def test_a_letter_whose_mark_stands_apart_makes_no_other_thing() -> None:
-    given = [recording("Wu\u0308rfel/a.npz", n=["Ku\u0308bel"]), recording("W\u00fcrfel/b.npz", n=["K\u00fcbel"])]
+    given = [
+        recording("Wu\u0308rfel/a.npz", n=["Ku\u0308bel"] * 2),
+        recording("W\u00fcrfel/b.npz", n=["K\u00fcbel"] * 2),
+    ]
     assert set(labelled_presses(given, label="n").labels.tolist()) == {"K\u00fcbel"}
     assert set(labelled_presses(given, label="folder").labels.tolist()) == {"W\u00fcrfel"}
 
