@@ -382,6 +382,20 @@ def test_labels_and_sessions_are_columns_or_folders(tmp_path: Path, monkeypatch:
     assert (alone.labels.tolist(), alone.groups) == (["here", "here", "b", "b"], None)
 
 
+def test_a_session_may_be_the_folder_around_that_of_the_thing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "mon" / "cup").mkdir(parents=True)
+    monkeypatch.chdir(tmp_path / "mon" / "cup")
+    given = [recording("a.npz", n=[1, 2]), recording("../../tue/can/b.npz", n=[3, 4])]
+    found = labelled_presses(given, label="folder", group="folder/..")
+    assert found.labels.tolist() == ["cup", "cup", "can", "can"]
+    assert found.groups is not None
+    assert found.groups.tolist() == ["mon", "mon", "tue", "tue"]
+    assert set(labelled_presses(given, label="folder/../..").labels.tolist()) == {tmp_path.name}
+    for wrong in ("folder/", "folder/.", "folders", "folder/..."):
+        with pytest.raises(InputError, match="presses have no column"):
+            labelled_presses(given, label=wrong)
+
+
 def test_a_space_at_the_end_of_a_label_makes_no_other_thing() -> None:
     found = labelled_presses([recording("a.npz", n=["cup", "cup "], s=["1", " 1"])], label="n", group="s")
     assert found.labels.tolist() == ["cup", "cup"]

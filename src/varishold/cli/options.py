@@ -36,7 +36,10 @@ __all__ = [
 
 Label = Annotated[
     str | None,
-    Option("Column of the presses that names the thing, or 'folder'.", metavar="COLUMN|folder"),
+    Option(
+        "Column of the presses that names the thing, or 'folder', that of the recording; 'folder/..' is around it.",
+        metavar="COLUMN|folder",
+    ),
 ]
 Group = Annotated[
     str | None,

@@ -18,10 +18,11 @@ from varishold.recording.mended import without_faults
 from varishold.touch.course.one_sensor import check_same_pads
 from varishold.touch.course.presses import Press, cut_presses
 
-__all__ = ["FOLDER", "LabelledPresses", "labelled_presses"]
+__all__ = ["FOLDER", "OUTER", "LabelledPresses", "labelled_presses"]
 
-#: The label, or group, that is the name of the folder in which a recording lies.
-FOLDER = "folder"
+#: The label, or group, that is the name of the folder in which a recording lies; with this behind it, once or several
+#: times, of the folder in which that one lies.
+FOLDER, OUTER = "folder", "/.."
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +53,8 @@ def labelled_presses(recordings: Sequence[Recording], *, label: str, group: str 
     recordings : sequence of Recording
         Of one sensor.
     label, group : str
-        A column of the presses, or ``folder`` for the name of the folder in which a recording lies.
+        A column of the presses, or ``folder`` for the name of the folder in which a recording lies, ``folder/..`` for
+        that of the folder around it.
 
     Raises
     ------
@@ -87,8 +89,9 @@ def _check_a_press_each(recording: Recording, name: str, parameter: str) -> None
 
 
 def _column(recording: Recording, name: str, n_presses: int, parameter: str) -> list[str]:
-    if name == FOLDER:
-        folder = Path(os.path.abspath(recording.source)).parent.name
+    outer = name.removeprefix(FOLDER)
+    if name.startswith(FOLDER) and outer == OUTER * (len(outer) // len(OUTER)):
+        folder = Path(os.path.abspath(f"{recording.source}/..{outer}")).name
         return [plain_name(folder) or folder] * n_presses
     columns = recording.presses.columns
     _check_a_press_each(recording, name, parameter)
