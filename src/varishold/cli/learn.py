@@ -208,10 +208,11 @@ def recognize(
         unlabelled = [press for file in files for press in presses_of(file)]
         learned = learned.adapt(unlabelled)
         if not json:
-            copies = len(unlabelled) - len(set(first_of_same(unlabelled)))
-            some, faint = learned.adapted_to_, len(unlabelled) - learned.adapted_to_ - copies
+            some, left_out = learned.adapted_to_, len(unlabelled) - learned.adapted_to_
+            copies = len(unlabelled) - len(set(first_of_same(unlabelled))) if left_out else 0
+            faint = left_out - copies
             all_of_them = f"{'this' if some == 1 else 'these'} {counted(some, 'press')}"
-            which = f"{some} of these {len(unlabelled)} presses" if faint or copies else all_of_them
+            which = f"{some} of these {len(unlabelled)} presses" if left_out else all_of_them
             why = f"; {faint} that {'bears' if faint == 1 else 'bear'} next to nothing left out" if faint else ""
             why += f"; {counted(copies, 'copy', 'copies')} of others left out" if copies else ""
             echo(f"note: drift since the model was learned was estimated from {which}{why}")
