@@ -14,6 +14,7 @@ from varishold._counted import counted
 from varishold.evaluation.features import pooled_frames
 from varishold.evaluation.figures import share_figure
 from varishold.evaluation.held_out import Felt
+from varishold.evaluation.in_time import in_order_of_time
 from varishold.evaluation.splits import Split
 from varishold.touch.course.measures import learn_settings
 from varishold.touch.course.presses import Press, first_of_same, values_of
@@ -95,6 +96,7 @@ def find_leaks(
         Called after each search.
     """
     found: list[Leak | None] = []
+    order, goes = in_order_of_time(felt.presses, runs)
     if split.kind == "neighbours":
         found.append(
             Leak(
@@ -103,9 +105,9 @@ def find_leaks(
                 "on another day fewer answers may be right",
             )
         )
-        found.append(one_block_each(felt.codes, runs))
+        found.append(one_block_each(felt.codes[order], goes[order]))
     elif felt.groups is not None:
-        found.append(interleaved(felt.groups, runs))
+        found.append(interleaved(felt.groups[order], goes[order]))
     found.append(duplicated(felt.presses, split))
     tick()
     found.append(_told_by_untouched(felt, split, seed))
@@ -116,15 +118,15 @@ def find_leaks(
 
 
 def interleaved(groups: NDArray[Any], runs: NDArray[Any]) -> Leak | None:
-    """Tell whether groups take turns within a recording, so that neighbours in time stand on both sides."""
+    """Tell whether groups take turns within one go, so that neighbours in time stand on both sides."""
     for run in np.unique(runs):
         inside = groups[runs == run]
         changes = int((inside[1:] != inside[:-1]).sum())
         if changes > len(np.unique(inside)) - 1:
             return Leak(
                 "groups take turns",
-                "groups take turns within a recording: neighbours in time, of one session, stand on both sides of the "
-                "split, which flatters where another day is meant",
+                "groups take turns within a recording, or within recordings that follow one another: neighbours in "
+                "time, of one session, stand on both sides of the split, which flatters where another day is meant",
             )
     return None
 
