@@ -380,3 +380,27 @@ def test_that_taxels_were_broken_in_few_presses_of_many_does_not_make_it_usual()
     X, y = presses(0, each=12)
     learned = TactileClassifier(drift=0, folds=2).fit([*without_row(X[:2], 4), *X[2:]], y)
     assert learned.settings_.filled == 0
+
+
+@pytest.mark.parametrize("label", [None, np.nan, np.inf, 1.5, ("a", "b"), b"cup", ["cup"]])
+def test_what_is_no_label_adds_no_class(timed: TactileClassifier, label: Any) -> None:
+    model = copy.deepcopy(timed)
+    with pytest.raises(InputError, match="the new class has no name: give it a label"):
+        model.add(label, presses(1)[0])
+    np.testing.assert_array_equal(model.classes_, timed.classes_)
+
+
+def test_a_number_and_its_text_are_one_label(tmp_path: Path) -> None:
+    X, y = presses(0, each=4)
+    model = TactileClassifier(drift=0, folds=2).fit(X, (y == "bar").astype(int))
+    for label in (1, "1", 1.0, np.int64(0), "0 "):
+        with pytest.raises(InputError, match="is known already"):
+            model.add(label, X[:3])
+    model.add("2", X[:3])
+    write_model(model, tmp_path / "m.npz")
+    assert read_model(tmp_path / "m.npz").classes_.tolist() == ["0", "1", "2"]
+
+
+def test_bytes_are_no_labels() -> None:
+    with pytest.raises(InputError, match=r"labels must be texts or whole numbers, got bytes: .*b'a'.*; decode them"):
+        TactileClassifier().fit(presses(0, each=2)[0], [b"a", b"b"] * 2)

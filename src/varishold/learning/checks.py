@@ -18,6 +18,7 @@ __all__ = [
     "check_options",
     "check_presses",
     "checked_groups",
+    "checked_label",
     "checked_labels",
     "checked_targets",
     "plain_names",
@@ -51,12 +52,28 @@ def checked_labels(y: ArrayLike) -> NDArray[Any]:
     if none is not None:
         raise InputError(f"press {none} has no label: name what it is of, or leave it out")
     labels = np.asarray(y)
+    if labels.dtype.kind == "S":
+        raise InputError(f"labels must be texts or whole numbers, got bytes: {labels.ravel()[0]!r:.60}; decode them")
     if labels.dtype.kind == "f":
         broken = np.flatnonzero(labels.ravel() != np.rint(labels.ravel()))
         if broken.size:
             got = labels.ravel()[broken[0]]
             raise InputError(f"press {broken[0]}: its label must be a text or a whole number, got {got:g}")
     return _things(labels)
+
+
+def checked_label(label: Any) -> Any:
+    """Return the label of one class more, as it is kept, refusing what is neither a name nor a whole number."""
+    whole = isinstance(label, (float, np.floating)) and float(label).is_integer()
+    if whole or isinstance(label, (int, np.integer, np.bool_)):
+        return label
+    named = plain_name(label)
+    if named is None:
+        raise InputError(
+            f"the new class has no name: give it a label, a whole number or a line of printable text, got {label!r:.60}"
+        )
+    refuse_name_of_strangers(named)
+    return named
 
 
 def checked_targets(labels: ArrayLike) -> NDArray[Any]:

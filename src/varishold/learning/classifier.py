@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold._counted import counted
-from varishold._name import plain_name, refuse_name_of_strangers
 from varishold.errors import InputError
 from varishold.learning.adaptation import estimate_drift
 from varishold.learning.another_day import Judged, judge
+from varishold.learning.checks import checked_label
 from varishold.learning.explanation import deciding_measures, nearest_landmark, outside_measures
 from varishold.learning.press_classifier import MOST_MEASURES, PressClassifier, equal_rows
 from varishold.learning.sources import FORMS_SHARE, Learned, learn, with_class
@@ -200,15 +200,10 @@ class TactileClassifier(PressClassifier):
         InputError
             If the label is known or what strangers are called, or there are too few presses.
         """
-        if isinstance(label, str):
-            named = plain_name(label)
-            if named is None:
-                raise InputError(f"the new class has no name: give it a label, a line of printable text, got {label!r}")
-            refuse_name_of_strangers(named)
-            label = named
+        label = checked_label(label)
         asked = self._asked(X)
         presses = [asked[k] for k in np.unique(first_of_same(asked))]
-        if label in self.classes_.tolist():
+        if label in self.classes_.tolist() or str(label) in map(str, self.classes_):
             raise InputError(f"{label!r} is known already; choose another label, or learn everything again")
         if len(presses) < 2:
             raise InputError(f"{label!r} has one press only: give at least two")
