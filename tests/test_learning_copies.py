@@ -100,3 +100,10 @@ def test_of_a_class_whose_presses_are_copies_it_is_told() -> None:
     one, other = np.random.default_rng(0).random((2, 3, 8, 8))
     with pytest.raises(InputError, match="'0' has one press only, copies being one: give each class at least two"):
         TactileClassifier().fit([one, one, other, other + 0.1], [0, 0, 1, 1])
+
+
+def test_far_too_many_things_are_refused_at_once() -> None:
+    X = np.random.default_rng(0).random((6000, 1, 2, 2))
+    with pytest.raises(InputError, match="3000 things in 6000 presses are too many to be learned at once") as told:
+        TactileClassifier().fit(X, np.arange(6000) // 2)
+    assert told.value.parameter == "label"

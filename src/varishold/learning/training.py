@@ -22,6 +22,8 @@ COPIES = 5
 # What is learned without place or load lies up to so many taxels elsewhere there, and is pressed so much less, and up
 # to so many times as fast or as slowly: how fast a hand closes belongs to how hard it grips.
 _ELSEWHERE, _LIGHTER, _PACE = 2, 0.4, 1.5
+# So many held-out presses times classes, each of which is judged by twenty settings, fill some gigabytes.
+_MOST_SCORES = 40_000_000
 # A remark names so many things, or pairs of them.
 _MOST_TOLD = 3
 
@@ -93,7 +95,7 @@ def deal_presses(
     Raises
     ------
     InputError
-        If fewer than two classes are left, sessions are the labels, or a class has one press only.
+        If fewer than two classes are left, or far too many, sessions are the labels, or a class has one press only.
     """
     first = first_of_same(presses)
     # A copy that is named otherwise stays: which name is right is not known.
@@ -121,7 +123,14 @@ def deal_presses(
     together = of_kept is not None and kept_together(fold, of_kept)
     remarks += named_alike(classes)
     unheld = "" if together else _why_unheld(classes, codes, of_kept)
-    return classes, Training([presses[k] for k in kept], codes, fold, together, unheld, n_copies, remarks)
+    training = Training([presses[k] for k in kept], codes, fold, together, unheld, n_copies, remarks)
+    if int(training.asked.sum()) * len(classes) > _MOST_SCORES:
+        raise InputError(
+            f"{len(classes)} things in {len(kept)} presses are too many to be learned at once, such as "
+            f"{classes[0]} and {classes[1]}; give labels that name things, not presses",
+            parameter="label",
+        )
+    return classes, training
 
 
 def copies_of(presses: list[Press], n_copies: int, drift: float, *, elsewhere: bool, lighter: bool) -> list[Press]:
