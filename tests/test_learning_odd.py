@@ -404,3 +404,26 @@ def test_a_number_and_its_text_are_one_label(tmp_path: Path) -> None:
 def test_bytes_are_no_labels() -> None:
     with pytest.raises(InputError, match=r"labels must be texts or whole numbers, got bytes: .*b'a'.*; decode them"):
         TactileClassifier().fit(presses(0, each=2)[0], [b"a", b"b"] * 2)
+
+
+@pytest.mark.parametrize(("drift", "times"), [(0.0, 1), (0.1, 6)])
+def test_a_class_more_is_learned_as_another_day_may_bring_it_where_the_others_were(drift: float, times: int) -> None:
+    X, y = presses(0, each=6)
+    model = TactileClassifier(drift=drift, folds=2).fit(X, y)
+    n_before, known = len(model.places_), len(model.learned_.known)
+    model.add("soft", [(frames**2 / 100, time_s) for frames, time_s in X[:4:2]])
+    assert (model.classes_[model.landmark_codes] == "soft").sum() == len(model.places_) - n_before == 2 * times
+    # How strange its presses are is told by themselves alone.
+    assert len(model.learned_.known) == known + 2
+    assert model.n_presses_ == 14
+
+
+def test_a_class_more_that_is_hardly_told_from_others_is_said_to_be_so() -> None:
+    X, y = presses(0, each=8)
+    model = TactileClassifier(drift=0, folds=2).fit(X, y)
+    bars = [press for press, label in zip(presses(5)[0], y, strict=True) if label == "bar"]
+    alike = copy.deepcopy(model).add("other bar", bars[:3]).remarks_
+    (told,) = [remark for remark in alike if "named otherwise" in remark]
+    assert re.match(r"[123] of 3 presses of 'other bar', each held out, are named otherwise: answers near it", told)
+    blocks = [(100 * np.maximum(frames > 30, 0.0), time_s) for frames, time_s in bars]
+    assert not any("named otherwise" in remark for remark in model.add("block", blocks).remarks_)

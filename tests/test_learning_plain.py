@@ -334,7 +334,7 @@ def test_with_a_class_more_is_learning_with_its_rows_by_the_old_settings(
     rng = np.random.default_rng(place)
     added = {"touch": rng.normal(3, 1, (n_added, 5)), "numbers": rng.normal(-2, 1, (n_added, 2))}
     added["numbers"][0] = np.nan
-    found, rows = with_class(learned, added, place)
+    found, rows, _ = with_class(learned, added, place)
     codes = np.concatenate([learned.landmark_codes, np.full(n_added, -1)])
     codes = np.array([place if code == -1 else code + 1 if code >= place else code for code in codes])
     np.testing.assert_array_equal(rows, np.arange(18 + n_added))
@@ -378,7 +378,7 @@ def test_a_class_more_keeps_as_many_landmarks_as_there_may_be(
     monkeypatch.setattr(discriminant, "_MOST_NUMBERS", 60)  # 12 of 5 measures
     rng = np.random.default_rng(0)
     added = {"touch": rng.normal(3, 1, (5, 5)), "numbers": rng.normal(-2, 1, (5, 2))}
-    found, rows = with_class(learned, added, 1)
+    found, rows, _ = with_class(learned, added, 1)
     assert rows.tolist() == [*range(9), 18, 19, 20]
     assert found.landmark_codes.tolist() == [0, 2, 3] * 3 + [1] * 3
     assert all(len(source.landmarks) == 12 for source in found.sources.values())

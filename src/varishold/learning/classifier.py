@@ -213,13 +213,23 @@ class TactileClassifier(PressClassifier):
         place = int(np.flatnonzero(order == len(self.classes_))[0])
         measures = self._measures(presses, self.settings_)
         forms = self._forms_with(presses, measures, place)
-        found, landmarks = with_class(self.learned_, self.learned_.scaled(measures), place)
+        settings = self.settings_
+        how = {"elsewhere": not settings.position, "lighter": not settings.absolute}
+        copies = copies_of(presses, COPIES if self.drift else 0, self.drift, **how)
+        drawn = self._measures([*presses, *copies], settings)
+        found, landmarks, named = with_class(self.learned_, self.learned_.scaled(drawn), place, n_presses=len(presses))
+        otherwise = int((named != place).sum())
+        if otherwise:
+            remarks += (
+                f"{otherwise} of {len(presses)} presses of {label!r}, each held out, are named otherwise: answers near "
+                "it promise too much; press it more often, or learn everything again",
+            )
         self.learned_ = replace(found, forms=forms)
         faintest = min(self.settings_.least_load, least_load(presses, self.settings_.floor))
         self.settings_ = replace(self.settings_, least_load=faintest)
         self.n_presses_ += len(presses)
         self.classes_ = classes[order]
-        self.places_ = np.append(self.places_, [press.place for press in presses])[landmarks]
+        self.places_ = np.append(self.places_, [press.place for press in [*presses, *copies]])[landmarks]
         self.remarks_ += remarks
         return self
 

@@ -211,8 +211,8 @@ def learn(
 
 
 def with_class(
-    learned: Learned, added: Mapping[str, Floats], place: int, share: float = 1.0
-) -> tuple[Learned, NDArray[np.intp]]:
+    learned: Learned, added: Mapping[str, Floats], place: int, share: float = 1.0, *, n_presses: int | None = None
+) -> tuple[Learned, NDArray[np.intp], NDArray[np.intp]]:
     """Add presses of one more class; every setting and the calibration stay.
 
     Parameters
@@ -224,12 +224,16 @@ def with_class(
         The number of the new class among all.
     share : float
         Of the numbers that a model may keep.
+    n_presses : int, optional
+        So many of what is added are presses, and the rest copies of them, all of them so many times. Default: all.
 
     Returns
     -------
     learned : Learned
     rows : ndarray of int
         Which of the old landmarks and what was added are landmarks now.
+    named : ndarray of shape (n_presses,), int
+        As which class each press is named when it is held out.
     """
     landmark_codes = learned.landmark_codes
     n_added = len(next(iter(added.values())))
@@ -256,16 +260,20 @@ def with_class(
             found[name] = Source(source.scaling, of[rows], tuple(views))
         return found
 
+    n = n_added if n_presses is None else n_presses
+    # Copies are held out with what they are copies of.
     held = np.full(len(codes), -1)
-    held[len(landmark_codes) :] = np.arange(n_added) * min(5, n_added) // n_added
-    strange = []
-    for k in range(min(5, n_added)):
+    held[len(landmark_codes) :] = (np.arange(n_added) % n) * min(5, n) // n
+    asked = np.arange(len(codes)) < len(landmark_codes) + n
+    judged = []
+    for k in range(min(5, n)):
         without = replace(learned, sources=solved(held != k))
-        strange.append(without.judge({name: of[held == k] for name, of in scaled.items()})[1])
-    known = np.concatenate([learned.known, *strange])
+        judged.append(without.judge({name: of[asked & (held == k)] for name, of in scaled.items()}))
+    known = np.concatenate([learned.known, *(strange for _, strange in judged)])
+    named = np.concatenate([said.argmax(axis=1) for said, _ in judged])
     rows = landmark_rows(codes, most, share)
     everything = solved(np.ones(len(codes), np.bool_))
-    return replace(learned, sources=everything, known=known, landmark_codes=codes[rows]), rows
+    return replace(learned, sources=everything, known=known, landmark_codes=codes[rows]), rows, named
 
 
 def _most_measures(measures: Mapping[str, Floats]) -> int:
