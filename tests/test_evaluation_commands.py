@@ -147,6 +147,7 @@ def test_what_cannot_be_done_is_told_in_one_line(
         ((*all_days, "--label", "folder"), "there is one thing only"),
         (("evaluate", folder / "mon.npz", "--label", "thing", "--group", "day"), "there is one group only, 'mon'"),
         ((*all_days, folder / "other.npz", "--label", "thing"), "presses of one sensor"),
+        ((*named, "--seed", 2**32), "seed must be a whole number from 0 to 4294967295, got 4294967296 (--seed)"),
         ((*named, "--shots", "one"), "--shots must be numbers of presses between commas"),
         ((*named, "--with", "nothing.npz"), "nothing.npz: is neither 'shipped' nor a file"),
         ((*named, "--with", folder / "mon.npz"), "is no model file"),

@@ -129,11 +129,10 @@ def evaluate(
         leaks = find_leaks(felt, split, in_run, seed=seed, tick=step)
         best = Peer(beside[0].features, beside[0].learner) if beside else None
         curve = shots_curve(learner, felt, split, shots=shots, peer=best, seed=seed, crew=crew, tick=step)
-    labels = felt.classes[felt.codes]
-    remarks = [*named_otherwise(felt.presses, labels), *named_alike(felt.classes)]
-    remarks += [*_split_remarks(felt, split), *interval_remarks(felt.groups)]
+    remarks = [*_split_remarks(felt, split), *interval_remarks(felt.groups)]
     if left_out is not None and not left_out.classes:
         remarks.append("there are too few things to leave one out of learning: no strangers were tried")
+    remarks += [*named_otherwise(felt.presses, felt.classes[felt.codes]), *named_alike(felt.classes)]
     return Evaluation(
         tested="learned here",
         n_presses=len(felt.codes),
@@ -197,7 +196,7 @@ def _check_options(shots: Sequence[int], seed: int, workers: object) -> None:
     if wrong:
         raise InputError(f"shots must be whole numbers of presses a thing, at least 1, got {wrong[0]!r}")
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or not 0 <= seed <= _LARGEST_SEED:
-        raise InputError(f"seed must be a whole number from 0 to {_LARGEST_SEED}, got {seed!r}")
+        raise InputError(f"seed must be a whole number from 0 to {_LARGEST_SEED}, got {seed!r}", parameter="seed")
     if isinstance(workers, AbstractContextManager):
         return
     if isinstance(workers, bool) or not isinstance(workers, (int, np.integer)) or workers < 1:

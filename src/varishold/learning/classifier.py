@@ -207,30 +207,24 @@ class TactileClassifier(PressClassifier):
             raise InputError(f"{label!r} is known already; choose another label, or learn everything again")
         if len(presses) < 2:
             raise InputError(f"{label!r} has one press only: give at least two")
-        remarks = copies_told(len(asked) - len(presses)) + self._known_already(label, presses)
+        known_already = self._known_already(label, presses)
         classes = np.append(self.classes_, np.array([label]))
         order = np.argsort(classes, kind="stable")
         place = int(np.flatnonzero(order == len(self.classes_))[0])
         measures = self._measures(presses, self.settings_)
         forms = self._forms_with(presses, measures, place)
-        settings = self.settings_
-        how = {"elsewhere": not settings.position, "lighter": not settings.absolute}
-        copies = copies_of(presses, COPIES if self.drift else 0, self.drift, **how)
-        drawn = self._measures([*presses, *copies], settings)
-        found, landmarks, named = with_class(self.learned_, self.learned_.scaled(drawn), place, n_presses=len(presses))
-        otherwise = int((named != place).sum())
-        if otherwise:
-            remarks += (
-                f"{otherwise} of {len(presses)} presses of {label!r}, each held out, are named otherwise: answers near "
-                "it promise too much; press it more often, or learn everything again",
-            )
+        how = {"elsewhere": not self.settings_.position, "lighter": not self.settings_.absolute}
+        both = [*presses, *copies_of(presses, COPIES if self.drift else 0, self.drift, **how)]
+        added = self.learned_.scaled(self._measures(both, self.settings_))
+        found, landmarks, named = with_class(self.learned_, added, place, n_presses=len(presses))
         self.learned_ = replace(found, forms=forms)
         faintest = min(self.settings_.least_load, least_load(presses, self.settings_.floor))
         self.settings_ = replace(self.settings_, least_load=faintest)
         self.n_presses_ += len(presses)
         self.classes_ = classes[order]
-        self.places_ = np.append(self.places_, [press.place for press in [*presses, *copies]])[landmarks]
-        self.remarks_ += remarks
+        self.places_ = np.append(self.places_, [press.place for press in both])[landmarks]
+        self.remarks_ += copies_told(len(asked) - len(presses))
+        self.remarks_ += known_already or _hardly_told(label, int((named != place).sum()), len(presses))
         return self
 
     def _known_already(self, label: Any, presses: list[Press]) -> tuple[str, ...]:
@@ -403,3 +397,13 @@ class TactileClassifier(PressClassifier):
     def landmark_codes(self) -> NDArray[np.intp]:
         """The class of each press of `places_`."""
         return self.learned_.landmark_codes
+
+
+def _hardly_told(label: Any, otherwise: int, n_presses: int) -> tuple[str, ...]:
+    """Return what is to be told of a new class of whose presses, each held out, some are named otherwise."""
+    if not otherwise:
+        return ()
+    return (
+        f"{otherwise} of {n_presses} presses of {label!r}, each held out, are named otherwise: answers near it promise "
+        "too much; press it more often, or learn everything again",
+    )

@@ -163,7 +163,7 @@ def named_otherwise(presses: Sequence[Press], labels: NDArray[Any]) -> tuple[str
     otherwise = np.flatnonzero(labels[first] != labels)
     if not otherwise.size:
         return ()
-    pair = [f"{presses[k].place} is {str(labels[k])!r}" for k in (first[otherwise[0]], otherwise[0])]
+    pair = [f"{presses[k].place or f'press {k}'} is {str(labels[k])!r}" for k in (first[otherwise[0]], otherwise[0])]
     what = counted(otherwise.size, "press is a copy", "presses are copies")
     return (f"{what} of others that have another label: {', '.join(pair)}; look which is right",)
 
