@@ -11,7 +11,7 @@ from tests.test_learning_adaptation import presses
 from varishold import TactileClassifier
 from varishold.errors import InputError
 from varishold.evaluation import evaluate
-from varishold.learning.training import named_alike
+from varishold.learning.training import _why_unheld, named_alike
 
 
 @pytest.fixture(scope="module")
@@ -107,3 +107,19 @@ def test_far_too_many_things_are_refused_at_once() -> None:
     with pytest.raises(InputError, match="3000 things in 6000 presses are too many to be learned at once") as told:
         TactileClassifier().fit(X, np.arange(6000) // 2)
     assert told.value.parameter == "label"
+
+
+@pytest.mark.parametrize(
+    ("sessions", "why"),
+    [
+        (None, "no sessions are known"),
+        ("xxxxxxxxxx", "all presses are of one session, 'x'"),
+        ("xyxyxyxyxx", "'e' was felt in one session only"),
+        ("xyxyxxyyxx", "'c', 'd', 'e' were felt in one session only"),
+        ("xxxyxxyyzz", "'a', 'c', 'd' and 1 more were felt in one session only"),
+        ("xyxyxyxyxy", "without any share of the sessions some thing would be unknown"),
+    ],
+)
+def test_why_no_session_is_held_out(sessions: str | None, why: str) -> None:
+    given = None if sessions is None else np.array(list(sessions))
+    assert _why_unheld(np.array(list("abcde")), np.repeat(np.arange(5), 2), given) == why
