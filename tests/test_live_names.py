@@ -120,6 +120,25 @@ def test_what_is_believed_is_told_with_six_digits() -> None:
     assert (one.touches, one.unknown, one.probability) == (2, False, 2 / 3)
 
 
+def test_models_are_given_presses_without_the_readings_of_taxels_that_are_not_believed() -> None:
+    watcher, asked = Watcher(), []
+    namer = SimpleNamespace(
+        idle=False, done=list, close=lambda: None, ask=lambda kept, *, over: asked.append(kept.press)
+    )
+    watcher._namer = namer  # type: ignore[assignment]
+    rng, heap = np.random.default_rng(0), np.zeros((16, 16))
+    heap[5:10, 5:10] = 100.0
+    for k in range(1700):
+        frame = np.abs(rng.normal(0, 1, (16, 16)) + heap * (k % 800 >= 600) * (k % 800 < 700))
+        frame[7, 7] = 0.0
+        watcher.see(Sample(k / 100, 0.0, k, {"pad": frame}))
+    first, second = asked
+    # Ten seconds after it began to be looked at, a taxel is known to be dead.
+    assert not first.filled
+    assert np.argwhere(second.filled["pad"]).tolist() == [[7, 7]]
+    assert np.median(second.pads["pad"][20:80, 7, 7]) == pytest.approx(100, rel=0.05)
+
+
 def test_a_press_that_lasts_is_named_some_four_times_a_second() -> None:
     watcher, asked = Watcher(), []
     namer = SimpleNamespace(idle=True, done=list, close=lambda: None, finish=lambda timeout_s: [])

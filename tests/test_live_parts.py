@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from varishold.frame.fill import fill_invalid
 from varishold.live import Sample, StreamHealth
 from varishold.live.clock_slope import ClockSlope
 from varishold.live.health import StreamReport
@@ -247,6 +248,31 @@ def test_a_press_that_lasts_is_kept_evenly_in_little_memory() -> None:
     for k in range(30):
         keeper.see(300 + k / 100, {"pad": np.zeros((1, 1))}, touched=True)
     assert len(keeper.so_far().press.time_s) == 30  # type: ignore[union-attr]
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=40, deadline=None)
+def test_broken_taxels_of_kept_presses_are_filled_as_those_of_files_are(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    field = rng.random((5, 6)) < 0.9
+    works = field & (rng.random((5, 6)) < 0.8)
+    works[2, 2] = field[2, 2] = True
+    frames = rng.random((6, 5, 6))
+    keeper = PressKeeper()
+    keeper.begin_anew({"pad": field, "other": np.ones((1, 1), np.bool_)})
+    # What breaks within a press is told where most of it is filled.
+    breaks_at = int(rng.integers(0, 6))
+    for k, frame in enumerate(frames):
+        told = {"pad": works} if k >= breaks_at else {}
+        keeper.see(k / 100, {"pad": frame, "other": np.ones((1, 1))}, told, touched=True)
+    kept = keeper.so_far()
+    assert kept is not None
+    expected = [fill_invalid(frame, works, field) if k >= breaks_at else frame for k, frame in enumerate(frames)]
+    np.testing.assert_array_equal(kept.press.pads["pad"], expected)
+    mostly = breaks_at < 3 and bool((field & ~works).any())
+    assert list(kept.press.filled) == (["pad"] if mostly else [])
+    if mostly:
+        np.testing.assert_array_equal(kept.press.filled["pad"], field & ~works)
 
 
 SCRIPTS = {

@@ -66,6 +66,8 @@ class SeenPad:
         The zeros that were taken or refused.
     sigma : float or None
         Standard deviation of the noise, in the frame's unit.
+    works : ndarray of shape (rows, cols), bool, or None
+        Which taxels are believed in this reading; None where all are.
     unit : str
         Of the frame.
     notes : tuple of str
@@ -85,6 +87,7 @@ class SeenPad:
     events: tuple[Event, ...] = ()
     zeroings: tuple[Zeroing, ...] = ()
     sigma: float | None = None
+    works: NDArray[np.bool_] | None = None
     unit: str = "raw"
     notes: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
@@ -210,7 +213,7 @@ class PadWatcher:
                 for wrong in (self._faults.broken, self._faults.stuck):
                     frame = frame if wrong is None else np.where(wrong, 0.0, frame)
             events = self._tracker.update(time_s, contacts, frame)
-            found = {"tracks": self._tracks(), "events": tuple(events), "sigma": sigma}
+            found = {"tracks": self._tracks(), "events": tuple(events), "sigma": sigma, "works": works}
         words = (*self._sign.words(), *self._spoilt.words(), *self._faults.words())
         remarks = (*words, _SILENT) if silent else words
         is_news, self._remarks = remarks != self._remarks, remarks

@@ -9,12 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.frame.fill import fill_invalid
 from varishold.touch.course.one_sensor import SensorScale
 from varishold.touch.course.presses import Press
 
 __all__ = ["KeptPress", "PressKeeper"]
 
 Floats = NDArray[np.float64]
+Masks = Mapping[str, NDArray[np.bool_]]
 
 # So many frames before the first touch show the rest.
 _REST_FRAMES = 8
@@ -23,6 +25,16 @@ _APART_S = 0.15
 # A press of more frames than this is kept with every second of them, and so on.
 _MOST_FRAMES = 2048
 _UNKNOWN = SensorScale()
+_ALL_WORK: Masks = {}
+
+
+@dataclass(frozen=True, eq=False)
+class _Kept:
+    """A reading: its broken taxels are filled, and those are told of the pads that have any."""
+
+    time_s: float
+    frames: Mapping[str, Floats]
+    broken: Masks
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,10 +68,10 @@ class PressKeeper:
 
     def __init__(self) -> None:
         self.number = 0
-        self._fields: dict[str, NDArray[np.bool_]] = {}
+        self._fields: Masks = {}
         self._scale = SensorScale()
-        self._rest: deque[tuple[float, Mapping[str, Floats]]] = deque(maxlen=_REST_FRAMES)
-        self._frames: list[tuple[float, Mapping[str, Floats]]] = []
+        self._rest: deque[_Kept] = deque(maxlen=_REST_FRAMES)
+        self._frames: list[_Kept] = []
         # Of how many frames one is kept, and how many were left out since.
         self._every: int
         self._skipped: int
@@ -70,7 +82,7 @@ class PressKeeper:
         """Whether a press lasts."""
         return self._touched_s is not None
 
-    def begin_anew(self, fields: Mapping[str, NDArray[np.bool_]], scale: SensorScale = _UNKNOWN) -> None:
+    def begin_anew(self, fields: Masks, scale: SensorScale = _UNKNOWN) -> None:
         """Forget what was kept: from now on there are these pads, with taxels where the fields say.
 
         Parameters
@@ -83,7 +95,9 @@ class PressKeeper:
         self._rest.clear()
         self._touched_s, self._frames = None, []
 
-    def see(self, time_s: float, frames: Mapping[str, Floats], *, touched: bool) -> KeptPress | None:
+    def see(
+        self, time_s: float, frames: Mapping[str, Floats], works: Masks = _ALL_WORK, *, touched: bool
+    ) -> KeptPress | None:
         """Take the next reading; return the press that has ended with it, or None.
 
         Parameters
@@ -92,12 +106,16 @@ class PressKeeper:
             Never less than that of the reading before.
         frames : mapping of str to ndarray of shape (rows, cols), float64
             Of every pad, zero at rest.
+        works : mapping of str to ndarray of shape (rows, cols), bool
+            Which taxels are believed, of the pads on which not all are.
         touched : bool
             Whether anything touches.
         """
+        filled = {name: fill_invalid(frames[name], good, self._fields[name]) for name, good in works.items()}
+        kept = _Kept(time_s, {**frames, **filled}, {name: self._fields[name] & ~good for name, good in works.items()})
         if self._touched_s is None:
             if not touched:
-                self._rest.append((time_s, frames))
+                self._rest.append(kept)
                 return None
             self._frames = [*self._rest]
             self._rest.clear()
@@ -109,28 +127,37 @@ class PressKeeper:
         elif time_s - last_s > _APART_S:
             ended = self.so_far()
             self._touched_s, self._frames = None, []
-            self._rest.append((time_s, frames))
+            self._rest.append(kept)
             self.number += 1
             return ended
-        self._keep(time_s, frames)
+        self._keep(kept)
         return None
 
     def so_far(self) -> KeptPress | None:
         """Return what there is of the press that lasts."""
         if self._touched_s is None:
             return None
-        pads = {name: np.array([frames[name] for _, frames in self._frames]) for name in self._fields}
-        times_s = np.array([time_s for time_s, _ in self._frames])
-        of = self._scale
-        press = Press(pads, self._fields, times_s, place=f"press {self.number}", unit=of.unit, pitch_m=of.pitch_m)
+        pads = {name: np.array([kept.frames[name] for kept in self._frames]) for name in self._fields}
+        times_s = np.array([kept.time_s for kept in self._frames])
+        place, of = f"press {self.number}", self._scale
+        press = Press(pads, self._fields, times_s, {}, place, of.unit, of.pitch_m, self._mostly_broken())
         return KeptPress(self.number, press, *self._touched_s)
 
-    def _keep(self, time_s: float, frames: Mapping[str, Floats]) -> None:
+    def _mostly_broken(self) -> Masks:
+        """Return which taxels were filled in more than half of the frames, of the pads that have such."""
+        frames: dict[str, list[NDArray[np.bool_]]] = {}
+        for kept in self._frames:
+            for name, broken in kept.broken.items():
+                frames.setdefault(name, []).append(broken)
+        mostly = {name: np.sum(broken, axis=0) > len(self._frames) / 2 for name, broken in frames.items()}
+        return {name: broken for name, broken in mostly.items() if broken.any()}
+
+    def _keep(self, kept: _Kept) -> None:
         self._skipped += 1
         if self._skipped < self._every:
             return
         self._skipped = 0
-        self._frames.append((time_s, frames))
+        self._frames.append(kept)
         if len(self._frames) >= _MOST_FRAMES:
             del self._frames[1::2]
             self._every *= 2

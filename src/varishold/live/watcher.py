@@ -258,7 +258,8 @@ class Watcher:
         """Return the press that has ended, and what the model has said meanwhile."""
         felt = {name: pad for name, pad in self._newest.items() if pad.layout.kind == "pressure"}
         touched = any(pad.tracks for pad in felt.values())
-        ended = self._keeper.see(time_s, {name: pad.zeroed for name, pad in felt.items()}, touched=touched)
+        works = {name: pad.works for name, pad in felt.items() if pad.works is not None}
+        ended = self._keeper.see(time_s, {name: pad.zeroed for name, pad in felt.items()}, works, touched=touched)
         if self._namer is None:
             return ended, ()
         if ended is not None:
