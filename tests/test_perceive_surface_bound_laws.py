@@ -12,7 +12,7 @@ pytest.importorskip("scipy", reason="SciPy is not installed; pip install -e '.[s
 from scipy.stats import truncnorm
 
 from varishold.perceive import ImplicitSurface, SurfaceContacts
-from varishold.perceive.distance_bound import DistanceBound, cut_off
+from varishold.perceive.distance_bound import DistanceBound, cut_off, depth_behind
 
 BAND = 1.645
 
@@ -80,7 +80,72 @@ def test_the_bound_is_the_least_over_all_points() -> None:
     assert all(len(each) == 0 for each in DistanceBound(points, slack).at(np.zeros((0, 3))))
 
 
+@given(st.integers(0, 2**32 - 1), st.floats(-0.1, 0.1))
+def test_a_place_behind_a_flat_face_is_as_deep_as_it_is_away_from_it(seed: int, deep: float) -> None:
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-0.05, 0.05, (8, 3)) * [0.0, 1.0, 1.0]
+    places = rng.uniform(-0.2, 0.2, (5, 3)) * [0.0, 1.0, 1.0] - [deep, 0.0, 0.0]
+    got = depth_behind(places, points, np.tile([1.0, 0.0, 0.0], (8, 1)))
+    np.testing.assert_allclose(got, max(deep, 0.0), atol=1e-12)
+
+
+def test_the_nearest_face_tells_how_deep_a_place_is_and_does_so_evenly() -> None:
+    points, normals = np.array([[0.0, 0.0, 0.0], [-0.04, 0.04, 0.0]]), np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    near_one, near_other = depth_behind(np.array([[-0.01, 0.0, 0.0], [-0.04, 0.03, 0.0]]), points, normals)
+    assert (near_one, near_other) == (pytest.approx(0.01, rel=1e-3), pytest.approx(0.01, rel=1e-3))
+    assert depth_behind(points, points, normals) == pytest.approx([0.0, 0.0], abs=1e-9)
+    # More places than are looked at at once, a tenth of a millimetre apart: from one face to the other without a jump.
+    line = np.linspace([-0.2, 0.0, 0.0], [0.01, 0.0, 0.0], 2101)
+    assert np.abs(np.diff(depth_behind(line, points, normals))).max() < 0.0005
+    assert depth_behind(np.zeros((0, 3)), points, normals).shape == (0,)
+
+
 # Surfaces.
+
+
+def block_face(seed: int, faces: int, broad_m: float, deep_m: float) -> tuple[SurfaceContacts, np.ndarray]:
+    """Touch a block's face toward +x (1), that toward +y too (2); and points of its sides that nobody touched."""
+    rng = np.random.default_rng(seed)
+    half = np.array([deep_m, broad_m, broad_m]) / 2
+    felt, hidden = [], []
+    for axis, way, n in ((0, 1, 24), (1, 1, 24 * (faces - 1)), (0, -1, 60), (1, -1, 60)):
+        places = rng.uniform(-0.9, 0.9, (n, 3)) * half
+        places[:, axis] = way * half[axis]
+        (felt if way > 0 else hidden).append((places, way * np.tile(np.eye(3)[axis], (n, 1))))
+    points, normals = (np.vstack(each) for each in zip(*felt, strict=True))
+    contacts = SurfaceContacts(
+        points + 0.0005 * rng.normal(size=points.shape),
+        normals + 0.1 * rng.normal(size=points.shape),
+        touch=np.arange(len(points)) // 4,
+    )
+    return contacts, np.vstack([places for places, _ in hidden])
+
+
+@pytest.mark.parametrize("faces", [1, 2])
+@pytest.mark.parametrize(("broad", "deep"), [(0.02, 0.02), (0.06, 0.02), (0.06, 0.06), (0.04, 0.16), (0.12, 0.12)])
+@pytest.mark.parametrize("table", [True, False])
+def test_behind_the_only_faces_that_were_touched_a_block_may_end_anywhere(
+    faces: int, broad: float, deep: float, table: bool
+) -> None:
+    held, wide = [], []
+    for seed in range(2):
+        contacts, hidden = block_face(seed, faces, broad, deep)
+        surface = ImplicitSurface(contacts, table_m=-broad / 2 if table else None)
+        mean, sigma = surface.distance(hidden)
+        held.append(np.mean(np.abs(mean) <= BAND * sigma))
+        away = np.linalg.norm(hidden[:, None] - contacts.point_m, axis=2).min(axis=1)
+        wide.append((sigma / (away + 0.005)).max())
+    assert np.mean(held) >= 0.85
+    # And yet no wider than what lies open.
+    assert max(wide) < 0.9
+
+
+def test_of_one_flat_face_the_surface_is_as_thick_as_what_a_hand_holds_and_unsure_of_it() -> None:
+    contacts, _ = block_face(3, 1, 0.06, 0.06)
+    mesh = ImplicitSurface(contacts).mesh()
+    back = mesh.vertices_m[:, 0] < mesh.vertices_m[:, 0].min() + 0.01
+    assert 0.04 < np.ptp(mesh.vertices_m[:, 0]) < 0.09
+    assert mesh.sigma_m[back].min() > 0.015
 
 
 @pytest.mark.parametrize("table", [0.0, None])

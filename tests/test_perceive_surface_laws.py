@@ -123,8 +123,19 @@ def test_bodies_are_fitted_by_least_squares() -> None:
     hollow = Ball.fitted(-points, normals)
     assert hollow.numbers_m[3] == 0.002
     np.testing.assert_allclose(hollow.numbers_m[:3], -points.mean(axis=0) - 0.002 * normals.mean(axis=0))
-    alike = Ball.fitted(points, np.tile(normals[:1], (12, 1)))
-    np.testing.assert_allclose(alike.numbers_m[:3], points.mean(axis=0) - 0.002 * normals[0])
+
+
+def test_a_body_whose_normals_are_alike_is_as_broad_as_what_a_hand_holds() -> None:
+    normals = directions(12)
+    points = 0.05 * normals + [0.1, 0.2, 0.3]
+    one, other = normals[0], np.cross(normals[0], [0.0, 0.0, 1.0])
+    other /= np.linalg.norm(other)
+    alike = Ball.fitted(points, np.tile(one, (12, 1)))
+    np.testing.assert_allclose(alike.numbers_m, [*(points.mean(axis=0) - 0.03 * one), 0.03])
+    # Normals that turn by less than a tenth, their mean square, tell as much of the radius as they turn.
+    for turned, radius in ((0.04, 0.038), (0.08, 0.046), (0.1, 0.05), (0.3, 0.05)):
+        few = np.sqrt(1 - turned) * one + np.outer([1.0, -1.0] * 6, np.sqrt(turned) * other)
+        assert Ball.fitted(0.05 * few, few).numbers_m[3] == pytest.approx(radius)
 
 
 def leaning(up: list[float]) -> np.ndarray:
@@ -446,6 +457,8 @@ class Fake:
 def bound_to(surface: ImplicitSurface, process: Any, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """What a surface says whose process is this one, worked out place by place."""
     points = surface.contacts.point_m[surface.kept]
+    normals = surface.contacts.normal[surface.kept]
+    one_sided = max(2 * np.linalg.norm(normals.mean(axis=0)) - 1, 0)
     slack = np.abs(process.mean(points))
     slack += 1.645 * np.hypot(surface.factor * process.sigma(points), surface.floor_m)
     told = []
@@ -454,7 +467,9 @@ def bound_to(surface: ImplicitSurface, process: Any, places: np.ndarray) -> tupl
     ):
         apart = np.linalg.norm(points - place, axis=1)
         most = (apart + slack).min()
-        wide = math.hypot(surface.factor * sigma, 1.5 * max(apart.min() - 0.025, 0.0) * sigma / before)
+        turned = max(apart.min() - 0.025, 0.0) * sigma / before
+        deep = max(np.average(((points - place) * normals).sum(axis=1), weights=np.maximum(apart, 1e-6) ** -8.0), 0.0)
+        wide = math.hypot(surface.factor * sigma, 1.5 * max(turned, one_sided * deep))
         middle = min(max(mean, -most), most)
         cut = truncnorm((-most - middle) / wide, (most - middle) / wide, loc=middle, scale=wide)
         told.append((cut.mean(), math.hypot(cut.std(), surface.floor_m)))

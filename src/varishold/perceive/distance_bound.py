@@ -1,11 +1,11 @@
-"""How much a signed distance can be: it changes by no more than one goes from where it is known."""
+"""How much a signed distance can be: no more than one goes from where it is known, anything behind a side alone."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["DistanceBound", "cut_off"]
+__all__ = ["DistanceBound", "cut_off", "depth_behind"]
 
 Floats = NDArray[np.float64]
 
@@ -14,6 +14,10 @@ _BLOCK = 2000
 
 # A normal that is so much wider than the interval it is cut to lies evenly there.
 _EVEN = 100.0
+
+# Near points tell on which side a place lies: they count by this power of how much nearer they are. No place is nearer
+# than this. Metres.
+_NEARER, _LEAST_M = 8, 1e-6
 
 
 class DistanceBound:
@@ -38,6 +42,20 @@ class DistanceBound:
             apart = cdist(places[k : k + _BLOCK], self._points)
             away[k : k + _BLOCK], most[k : k + _BLOCK] = apart.min(axis=1), (apart + self._slack).min(axis=1)
         return away, most
+
+
+def depth_behind(places: Floats, points_m: Floats, normals: Floats) -> Floats:
+    """Return how deep places (k, 3) lie inside of what was touched near them, 0 outside; (k,), metres."""
+    from scipy.spatial.distance import cdist
+
+    reach, out = (points_m * normals).sum(axis=1), np.empty(len(places))
+    for k in range(0, len(places), _BLOCK):
+        part = places[k : k + _BLOCK]
+        apart = np.maximum(cdist(part, points_m), _LEAST_M)
+        counts = (apart.min(axis=1, keepdims=True) / apart) ** _NEARER
+        deep = reach - part @ normals.T
+        out[k : k + _BLOCK] = (deep * counts).sum(axis=1) / counts.sum(axis=1)
+    return np.maximum(out, 0.0)
 
 
 def cut_off(mean: Floats, sigma: Floats, most: Floats) -> tuple[Floats, Floats]:

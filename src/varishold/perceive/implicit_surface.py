@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from varishold.errors import require, require_a
 from varishold.frame.checks import is_number
 from varishold.perceive.contour_mesh import SurfaceMesh, contour_mesh
-from varishold.perceive.distance_bound import DistanceBound, cut_off
+from varishold.perceive.distance_bound import DistanceBound, cut_off, depth_behind
 from varishold.perceive.distance_process import DistanceProcess, likeliest_process
 from varishold.perceive.surface_points import FEWEST, SurfaceContacts, places_of
 
@@ -110,6 +110,8 @@ class ImplicitSurface:
         points = contacts.point_m[self.kept]
         band = _BAND_SIGMAS * np.hypot(self.factor * made.sigma(points), self.floor_m)
         self._bound = DistanceBound(points, np.abs(made.mean(points)) + band)
+        # How much one side alone was touched: 1 of one flat face, .4 of two that meet, 0 of half of a thing or more.
+        self._one_sided = max(2 * float(np.linalg.norm(contacts.normal[self.kept].mean(axis=0))) - 1, 0.0)
 
     def distance(self, places_m: ArrayLike) -> tuple[Floats, Floats]:
         """Return the signed distance from the surface and its standard deviation.
@@ -127,8 +129,12 @@ class ImplicitSurface:
         places = places_of(places_m, "places_m")
         away, most = self._bound.at(places)
         sigma = self._process.sigma(places)
-        turned = _TURNS * np.maximum(away - _FAR_M, 0.0) * sigma / self._process.sigma_before(places)
-        mean, sigma = cut_off(self._process.mean(places), np.hypot(self.factor * sigma, turned), most)
+        turned = np.maximum(away - _FAR_M, 0.0) * sigma / self._process.sigma_before(places)
+        # Behind one side alone a thing may end anywhere, however well the process knows how that side goes on.
+        points, normals = self.contacts.point_m[self.kept], self.contacts.normal[self.kept]
+        ends = self._one_sided * depth_behind(places, points, normals)
+        wide = np.hypot(self.factor * sigma, _TURNS * np.maximum(turned, ends))
+        mean, sigma = cut_off(self._process.mean(places), wide, most)
         return mean, np.hypot(sigma, self.floor_m)
 
     def covariance(self, places_m: ArrayLike, others_m: ArrayLike) -> Floats:

@@ -22,6 +22,10 @@ _SIGMA_M, _TOP_UNKNOWN_M = 0.005, 0.03
 # No body is fitted thinner than this. Metres.
 _LEAST_M = 0.002
 
+# Normals tell a radius by how they turn. Where that is less than this, their mean square, they are taken for so many of
+# a body as broad as things that a hand holds. 1, metres.
+_TURNED, _USUAL_M = 0.1, 0.03
+
 # A contact whose normal looks up by more than this lies on the top; its normal lies flat where less does, 1.
 _UP, _FLAT = 0.7, 0.7
 
@@ -125,5 +129,7 @@ def plain_bodies(points: Floats, normals: Floats, *, stands: bool) -> list[Plain
 def _round(points: Floats, normals: Floats) -> tuple[float, ...]:
     """Middle c and radius r with p = c + r n on the mean."""
     off_p, off_n = points - points.mean(axis=0), normals - normals.mean(axis=0)
-    radius = max(float((off_p * off_n).sum() / max((off_n**2).sum(), 1e-9)), _LEAST_M)
+    turned = float((off_n**2).sum())
+    lacking = max(_TURNED * len(points) - turned, 0.0)
+    radius = max((float((off_p * off_n).sum()) + lacking * _USUAL_M) / (turned + lacking), _LEAST_M)
     return *(points.mean(axis=0) - radius * normals.mean(axis=0)).tolist(), radius
