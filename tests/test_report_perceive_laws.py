@@ -600,6 +600,8 @@ def test_an_answer_is_right_where_it_is_the_truth():
     assert truth_in_words(an_exploration()) == "Right: it is a cone of 60 mm; the size is 1.7 % off."
     assert truth_in_words(an_exploration("l-block")) == "Wrong: it is an L-block of 60 mm."
     assert truth_in_words(an_exploration(size=None)) == "Right: it is a cone of 60 mm."
+    assert truth_in_words(replace(an_exploration(size=None), size_m=0.0699863)) == "Right: it is a cone of 70 mm."
+    assert truth_in_words(replace(an_exploration(size=None), size_m=0.0625)) == "Right: it is a cone of 62.5 mm."
     assert truth_in_words(an_exploration("torus", object_=NONE_OF_THESE, size=None)) == (
         "Right: it is a torus of 60 mm, which the library does not know."
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed; pip install -e '.[sim]'")
@@ -37,6 +38,13 @@ def test_a_line_says_the_two_likeliest_that_are_worth_a_word() -> None:
     least = {"box": 0.995, "sphere": 0.005}
     assert senses_in_words(sequence(("camera", least))) == ("camera alone: box 0.99, sphere 0.01",)
     assert senses_in_words(sequence()) == ()
+
+
+def test_who_says_nothing_of_names_is_not_said_to_name_two_of_them() -> None:
+    even = {name: 0.1 + off for name, off in zip("abcdefghij", np.linspace(0, 1e-16, 10), strict=True)}
+    assert senses_in_words(sequence(("camera", even))) == ("camera alone: all names alike",)
+    assert senses_in_words(sequence(("camera", {"a": 0.504, "b": 0.496}))) == ("camera alone: a 0.50, b 0.50",)
+    assert senses_in_words(sequence(("touch", {"a": 1.0}))) == ("touch alone: a 1.00",)
 
 
 def test_bars_are_of_all_senses_in_their_order() -> None:

@@ -161,7 +161,7 @@ def _unsure(sequence: Exploration, last: BeliefUpdate) -> str:
 
 def truth_in_words(sequence: Exploration) -> str:
     """Return what the object truly is, and whether the answer was right."""
-    truth = f"{with_article(sequence.name)} of {1e3 * sequence.size_m:g} mm"
+    truth = f"{with_article(sequence.name)} of {round(1e3 * sequence.size_m, 1):g} mm"
     perception, right = sequence.perception, was_right(sequence)
     if perception is None or right is None:
         return f"It was {truth}."

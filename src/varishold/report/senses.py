@@ -46,5 +46,6 @@ def senses_in_words(sequence: Exploration) -> tuple[str, ...]:
     told = []
     for who, said in sequence.senses[:2]:
         likely = ", ".join(f"{name} {p:.2f}" for name, p in by_share(said)[:2] if p >= _SAID)
-        told.append(f"{sense_in_words(who)}: {likely}")
+        nothing = len(said) > 1 and max(said.values()) - min(said.values()) < _SAID
+        told.append(f"{sense_in_words(who)}: {'all names alike' if nothing else likely}")
     return tuple(told)
