@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import stat
 import subprocess
 import sys
@@ -11,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from varishold import InputError
-from varishold.files import atomic_write
+from varishold.files import atomic_write, check_output
 
 
 def test_bytes_and_text_arrive(tmp_path: Path) -> None:
@@ -96,6 +97,18 @@ def test_a_place_that_cannot_be_written(tmp_path: Path, name: str, message: str)
     with pytest.raises(InputError, match=message), atomic_write(tmp_path / name) as file:
         file.write(b"")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("below", ["it", "deeper/it"])
+def test_a_place_below_a_file_cannot_be_written(tmp_path: Path, below: str) -> None:
+    file = tmp_path / "file"
+    file.write_text("kept")
+    said = re.escape(f"{file / below}: cannot write here: {file} is a file and no folder; name another")
+    with pytest.raises(InputError, match=said), atomic_write(file / below):
+        pass
+    with pytest.raises(InputError, match=said):
+        check_output(file / below, "page")
+    assert file.read_text() == "kept"
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")

@@ -12,7 +12,7 @@ from types import MappingProxyType
 
 from varishold.errors import InputError
 from varishold.files.opening import open_file
-from varishold.files.writing import cannot_write
+from varishold.files.writing import cannot_write, no_folder
 
 __all__ = ["KINDS", "Kind", "check_output"]
 
@@ -113,7 +113,7 @@ def check_output(
     except (FileNotFoundError, NotADirectoryError):
         folder = Path(path).absolute().parent
         if not folder.is_dir():
-            raise InputError(f"{path}: cannot write here: there is no folder {folder}; make it first") from None
+            raise no_folder(path, folder) from None
         mode = 0
     except OSError as error:
         # Links that lead in a circle, a name that is too long.

@@ -15,7 +15,15 @@ from typing import IO, Any, BinaryIO, Literal, TextIO, overload
 from varishold.errors import InputError, reason_of
 from varishold.files.locking import lock
 
-__all__ = ["atomic_write", "cannot_write", "folder_beside", "part_beside", "writable_target", "write_texts"]
+__all__ = [
+    "atomic_write",
+    "cannot_write",
+    "folder_beside",
+    "no_folder",
+    "part_beside",
+    "writable_target",
+    "write_texts",
+]
 
 # Names of files that are not complete yet.
 _PREFIX, _ENDING = ".varishold-", ".part"
@@ -104,13 +112,23 @@ def writable_target(path: Path) -> tuple[Path, bool]:
     try:
         target = path.resolve()
         _permissions(target)
+    except NotADirectoryError:
+        raise no_folder(path, path.absolute().parent) from None
     except (OSError, RuntimeError, ValueError) as error:
         raise cannot_write(path, error) from error
     if target.is_dir():
         raise InputError(f"{path}: cannot write here: it is a folder; name a file")
     if not target.parent.is_dir():
-        raise InputError(f"{path}: cannot write here: there is no folder {target.parent}; make it first")
+        raise no_folder(path, target.parent)
     return target, target.exists() and not target.is_file()
+
+
+def no_folder(path: str | os.PathLike[str], folder: Path) -> InputError:
+    """Return what is said of a file that would stand in a folder which is none."""
+    for each in (folder, *folder.parents):
+        if os.path.exists(each) and not os.path.isdir(each):
+            return InputError(f"{path}: cannot write here: {each} is a file and no folder; name another")
+    return InputError(f"{path}: cannot write here: there is no folder {folder}; make it first")
 
 
 def _permissions(target: Path) -> int | None:
