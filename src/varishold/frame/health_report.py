@@ -23,6 +23,7 @@ Word = Literal[
     "slow to return",
     "drifts alone",
     "sticks",
+    "flickers",
 ]
 
 # What a remark says of each word's taxels, and of their figure.
@@ -36,6 +37,7 @@ _SAID: dict[str, str] = {
     "slow to return": "is slow to return: up to {stays_share:.0f} % of a press stays half a second after it",
     "drifts alone": "drifts alone: by up to {drift_per_min:.3g} a minute",
     "sticks": "stays where it is while others are pressed and let go: sticks",
+    "flickers": "jumps again and again while none beside it does: flickers",
 }
 
 
@@ -48,8 +50,8 @@ class BadTaxel:
     row, col : int
     word : str
         "dead" (no noise while the others have it), "stuck" (always the same value, not 0), "open line" (its whole row
-        or column is so), "noisy", "impulses", "saturated", "no number", "slow to return", "drifts alone" or "sticks"
-        (it stays where it is while others are pressed and let go).
+        or column is so), "noisy", "impulses", "saturated", "no number", "slow to return", "drifts alone", "sticks"
+        (it stays where it is while others are pressed and let go) or "flickers" (it jumps again and again, alone).
     figures : mapping of str to float
         How much, by name: `noise_times_median`, `value`, `silent_s`, `impulses_per_min`, `saturated_share`,
         `not_finite_share`, `stays_share` and `return_s`, or `drift_per_min` in the unit of the frames.

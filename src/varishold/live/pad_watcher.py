@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.frame.floor import FLOOR_SIGMAS
-from varishold.frame.health_report import BadTaxel, HealthReport
+from varishold.frame.health_report import BadTaxel, HealthReport, Word
 from varishold.frame.noise import ROUNDING
+from varishold.frame.running_flicker import RunningFlicker
 from varishold.frame.running_health import TaxelHealth
 from varishold.frame.running_sign import RunningSign
 from varishold.frame.running_silence import RunningSilence
@@ -170,6 +171,7 @@ class PadWatcher:
         self._sign = RunningSign(usable)
         self._silence = RunningSilence(usable, rises=rises)
         self._spoilt = RunningSpoilt(usable)
+        self._flicker = RunningFlicker(usable)
         self._faults = PadFaults(usable, self.zero, self.health, rises=rises, way_is_told=is_told)
         self._tracker = ContactTracker(pad=name, pascals_per_unit=pascals_per_unit(self.unit))
         self._last_zeroing: Zeroing | None = None
@@ -190,7 +192,7 @@ class PadWatcher:
         # Of signals one may be alike by chance.
         shown = values if self.layout.kind == "signals" else self._spoilt.update(self._silence.update(values))
         silent = self._silence.lasts
-        zeroed = np.zeros(self.shape) if silent else self.zero.update(time_s, self._upright(shown))
+        zeroed = np.zeros(self.shape) if silent else self.zero.update(time_s, self._steady(time_s, shown))
         self.health.update(time_s, values, touched=self.zero.is_pressed)
         frame, found = zeroed, dict[str, Any]()
         starts, is_felt = self.zero.state == "starting", self.layout.kind != "signals"
@@ -214,7 +216,7 @@ class PadWatcher:
                     frame = frame if wrong is None else np.where(wrong, 0.0, frame)
             events = self._tracker.update(time_s, contacts, frame)
             found = {"tracks": self._tracks(), "events": tuple(events), "sigma": sigma, "works": works}
-        words = (*self._sign.words(), *self._spoilt.words(), *self._faults.words())
+        words = (*self._sign.words(), *self._spoilt.words(), *self._flicker.words(), *self._faults.words())
         remarks = (*words, _SILENT) if silent else words
         is_news, self._remarks = remarks != self._remarks, remarks
         return SeenPad(
@@ -231,6 +233,13 @@ class PadWatcher:
             sensor=self._sensor_name,
             **found,
         )
+
+    def _steady(self, time_s: float, shown: NDArray[Any]) -> NDArray[Any]:
+        """Return readings upright, what flickers as those beside it, which is known where there is a zero."""
+        upright = self._upright(shown)
+        if self.layout.kind != "pressure" or self.zero.state == "starting":
+            return upright
+        return self._flicker.update(time_s, upright, self.zero.baseline, self._sigma())
 
     @property
     def wrong_way(self) -> str | None:
@@ -249,10 +258,8 @@ class PadWatcher:
         """Return how the taxels are; of signals, which have units of their own, only what needs no comparison."""
         report = self.health.report()
         if self.layout.kind == "pressure":
-            if self._faults.stuck is None:
-                return report
-            stuck = (BadTaxel(row, col, "sticks", {}) for row, col in np.argwhere(self._faults.stuck).tolist())
-            return replace(report, bad=(*report.bad, *stuck))
+            seen = [*_bad("sticks", self._faults.stuck), *_bad("flickers", self._flicker.flickering)]
+            return replace(report, bad=(*report.bad, *seen)) if seen else report
         bad = tuple(taxel for taxel in report.bad if taxel.word in _OF_SIGNALS)
         return replace(report, bad=bad, open_rows=(), open_cols=())
 
@@ -270,7 +277,7 @@ class PadWatcher:
     def _believed(self, beyond: NDArray[np.bool_] | None) -> NDArray[np.bool_] | None:
         """Return which taxels are believed in this reading; None where all are, or none is."""
         works = None if self._all_sound else self.sound
-        for wrong in (self.zero.wrong, beyond, self._faults.broken, self._faults.stuck):
+        for wrong in (self.zero.wrong, beyond, self._faults.broken, self._faults.stuck, self._flicker.flickering):
             if wrong is not None:
                 works = (self.sound if works is None else works) & ~wrong
         return None if works is None or not works.any() else works
@@ -352,6 +359,10 @@ class PadWatcher:
             if self._given is not None:
                 return readings - self._given.rest if self._given.polarity == "up" else self._given.rest - readings
             return -readings
+
+
+def _bad(word: Word, taxels: NDArray[np.bool_] | None) -> list[BadTaxel]:
+    return [] if taxels is None else [BadTaxel(row, col, word, {}) for row, col in np.argwhere(taxels).tolist()]
 
 
 def _mask(shape: tuple[int, int], but: tuple[int, ...]) -> NDArray[np.bool_]:
