@@ -239,9 +239,9 @@ def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_kinds: int) -> 
     for key, shape in shapes.items():
         got = arrays[key].shape
         require(got == shape, f"{key} of touch {own['touch']!r} has shape {got}, not {shape}")
-    # Of what nobody counted both are NaN.
-    told = not ((arrays["power"] < 0) | (arrays["power"] > 1)).any() and not np.isinf(arrays["scores"]).any()
-    require(told, f"what touch {own['touch']!r} tells strangers by must be shares, and scores that are finite")
+    # Of what nobody counted it is NaN.
+    shares = not ((arrays["power"] < 0) | (arrays["power"] > 1)).any()
+    require(shares, f"power of touch {own['touch']!r} must be shares, 0 to 1")
     metric = Metric(names, arrays["shift"], arrays["scale"], _covariance(data, k, d))
     np.linalg.cholesky(metric.covariance)
     # Files that were written before say nothing of seconds, nor of how far an example's own likelihood counts.
