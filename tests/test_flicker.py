@@ -83,6 +83,19 @@ def test_what_presses_on_one_taxel_does_not_flicker(seed: int, how: str, rate_hz
     np.testing.assert_array_equal(mended, frames)
 
 
+def test_what_flickers_is_known_while_something_moves_beside_it() -> None:
+    rng = np.random.default_rng(0)
+    frames = rng.normal(0.0, 1.0, (2400, *SHAPE))
+    frames[:, 1, 1] += 90.0 * rng.random(2400)
+    y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
+    for k in range(400, 2400):
+        frames[k] += 80.0 * np.exp(-((y - 6) ** 2 + (x - 6 - 3 * np.sin(k / 6)) ** 2) / 4)
+    found, _ = watched(frames, 100.0)
+    for where in found[400:]:
+        assert where is not None
+        assert np.argwhere(where).tolist() == [[1, 1]]
+
+
 def test_whole_pads_lines_and_pads_of_few_taxels_do_not_flicker() -> None:
     rng = np.random.default_rng(0)
     on_off = 90.0 * (np.arange(800) // 3 % 2)

@@ -112,7 +112,10 @@ class RunningFlicker:
             self._jumps *= fade
         steps = np.abs(np.subtract(values, before, dtype=np.float64))
         far = (steps > SIGMAS * sigma) & self._usable
-        if 0 < np.count_nonzero(far) <= self._most:
+        if np.count_nonzero(far) > self._most:
+            # A press that moves; what flickers goes on beside it.
+            far = np.zeros_like(far) if self.flickering is None else far & self.flickering
+        if far.any():
             read = np.maximum(np.abs(values - rest), np.abs(before - rest))
             for row, col in np.argwhere(far & (steps > _OF_READ * read)).tolist():
                 if steps[row, col] > ALONE * self._largest_beside(steps, row, col):
