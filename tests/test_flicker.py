@@ -1,4 +1,4 @@
-"""Taxels that flicker in a stream: found at any rate, mended, let go of; presses, taps and trembling loads are none."""
+"""Taxels and lines that flicker in a stream are found and mended; presses, taps and trembling loads are none."""
 
 from __future__ import annotations
 
@@ -96,10 +96,25 @@ def test_what_flickers_is_known_while_something_moves_beside_it() -> None:
         assert np.argwhere(where).tolist() == [[1, 1]]
 
 
-def test_whole_pads_lines_and_pads_of_few_taxels_do_not_flicker() -> None:
+@pytest.mark.parametrize("line", [(slice(None), 4), (7,), (0,), (slice(None), 10)])
+def test_whole_lines_flicker_beside_what_moves_too(line: tuple[int | slice, ...]) -> None:
+    rng = np.random.default_rng(0)
+    frames = rng.normal(0.0, 1.0, (900, *SHAPE))
+    frames[(slice(None), *line)] += (90.0 * (np.arange(900) // 4 % 2))[:, None]
+    frames[300:, 3:5, 6:8] += (60.0 + 20.0 * np.sin(np.arange(600) / 3))[:, None, None]
+    expected = np.zeros(SHAPE, np.bool_)
+    expected[line] = True
+    found, mended = watched(frames, 100.0)
+    for where in found[200:]:
+        assert where is not None
+        np.testing.assert_array_equal(where, expected)
+    assert np.abs(mended[200:300]).max() < 8
+
+
+def test_whole_pads_patches_and_pads_of_few_taxels_do_not_flicker() -> None:
     rng = np.random.default_rng(0)
     on_off = 90.0 * (np.arange(800) // 3 % 2)
-    for where, shape in (((), SHAPE), ((slice(None), 4), SHAPE), ((slice(3, 6), slice(3, 6)), SHAPE), ((0, 0), (2, 4))):
+    for where, shape in (((), SHAPE), ((slice(3, 6), slice(3, 6)), SHAPE), ((slice(3, 5),), SHAPE), ((0, 0), (2, 4))):
         frames = rng.normal(0.0, 1.0, (800, *shape))
         frames[(slice(None), *where)] += on_off.reshape(-1, *(1,) * (frames[(0, *where)].ndim))
         assert not any(found is not None for found in watched(frames, 100.0)[0])

@@ -1,4 +1,4 @@
-"""Taxels that flicker while a stream runs, as at a loose wire: they jump again and again, and none beside them does."""
+"""Taxels and lines that flicker in a stream, as at a loose wire: they jump again and again, those beside them not."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from varishold.frame.fill import fill_invalid
 from varishold.frame.health import taxels_in_words
+from varishold.frame.neighbours import whole_lines
 from varishold.frame.sticking import ALONE, SIGMAS, most_sticking
 
 __all__ = ["RunningFlicker"]
@@ -21,6 +22,8 @@ _MANY, _SHARE, _MOST_COUNTED = 24.0, 0.4, 48.0
 _FEW, _SMALL_SHARE = 6.0, 0.1
 # A jump is so much of what the taxel reads beyond its rest: a load that trembles on one taxel is none.
 _OF_READ = 0.5
+# No more than this share of a pad flickers.
+_MOST_SHARE = 0.25
 # Of fewer readings, or of less than so many seconds, nothing is said, nor of pads of fewer taxels.
 _FEWEST_READINGS, _LEAST_S, _FEWEST_TAXELS = 16.0, 1.0, 9
 # A gap in the stream counts no longer than this. Seconds.
@@ -33,7 +36,8 @@ Mask = NDArray[np.bool_]
 class RunningFlicker:
     """Watches a pad's readings; what it keeps does not grow.
 
-    A press that begins or ends is a jump too: a taxel has to jump a dozen times a second, or in four of ten readings.
+    A press that begins or ends is a jump too: a taxel, or a whole row or column, has to jump a dozen times a second, or
+    in four of ten readings.
 
     Parameters
     ----------
@@ -112,17 +116,26 @@ class RunningFlicker:
             self._jumps *= fade
         steps = np.abs(np.subtract(values, before, dtype=np.float64))
         far = (steps > SIGMAS * sigma) & self._usable
-        if np.count_nonzero(far) > self._most:
-            # A press that moves; what flickers goes on beside it.
-            far = np.zeros_like(far) if self.flickering is None else far & self.flickering
         if far.any():
-            read = np.maximum(np.abs(values - rest), np.abs(before - rest))
-            for row, col in np.argwhere(far & (steps > _OF_READ * read)).tolist():
-                if steps[row, col] > ALONE * self._largest_beside(steps, row, col):
-                    self._jumps[row, col] = min(self._jumps[row, col] + 1.0, _MOST_COUNTED)
-                    self._any = True
+            far &= steps > _OF_READ * np.maximum(np.abs(values - rest), np.abs(before - rest))
+            alone = self._alone(far, steps)
+            if alone.any():
+                self._jumps = np.minimum(self._jumps + alone, _MOST_COUNTED)
+                self._any = True
         if self._any:
             self._judge()
+
+    def _alone(self, far: Mask, steps: Floats) -> Mask:
+        """Return which taxels jump while those beside them do not, and whole lines of such."""
+        few = np.count_nonzero(far) <= self._most
+        lines = np.zeros_like(far) if few else whole_lines(far, self._usable) & far
+        alone = lines.copy()
+        if not few:
+            # What moves is a press; what flickers goes on beside it.
+            far = far & (lines if self.flickering is None else self.flickering)
+        for row, col in np.argwhere(far & ~lines).tolist():
+            alone[row, col] = steps[row, col] > ALONE * self._largest_beside(steps, row, col)
+        return alone
 
     def _largest_beside(self, steps: Floats, row: int, col: int) -> float:
         beside = steps[max(row - 1, 0) : row + 2, max(col - 1, 0) : col + 2].copy()
@@ -135,7 +148,9 @@ class RunningFlicker:
         so_far = np.zeros_like(self._usable) if self.flickering is None else self.flickering
         known = self._readings >= _FEWEST_READINGS and self._watched_s >= _LEAST_S
         now = (self._jumps >= np.where(so_far, goes_on, begins)) & known
-        self.flickering = now if 0 < np.count_nonzero(now) <= self._most else None
+        single = np.count_nonzero(now & ~whole_lines(now, self._usable))
+        some = single <= self._most and 0 < np.count_nonzero(now) <= _MOST_SHARE * np.count_nonzero(self._usable)
+        self.flickering = now if some else None
         if float(self._jumps.max()) < goes_on / _FEW:
             self._jumps[:] = 0.0
             self._any = False
