@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import unicodedata
-
 from varishold.errors import InputError
 
 __all__ = ["NONE_OF_THESE", "plain_name", "refuse_name_of_strangers"]
@@ -15,16 +13,12 @@ NONE_OF_THESE = "none of these"
 def plain_name(name: object) -> str | None:
     """Return a name as it is kept, without spaces at its ends; None where it is no text, empty or not printable.
 
-    Letters with marks are one sign each, as most keyboards write them: some file systems part the mark from the letter.
-
     Examples
     --------
     >>> plain_name("ball "), plain_name("a\\nb"), plain_name(" ")
     ('ball', None, None)
-    >>> plain_name("Wu\u0308rfel") == "Würfel"
-    True
     """
-    kept = unicodedata.normalize("NFC", name.strip()) if isinstance(name, str) else ""
+    kept = name.strip() if isinstance(name, str) else ""
     return str(kept) if kept and kept.isprintable() else None
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -88,11 +89,16 @@ def _check_a_press_each(recording: Recording, name: str, parameter: str) -> None
         )
 
 
+def _name(text: str) -> str | None:
+    """Return a name with one sign a letter, as keyboards write it: some file systems part the mark from the letter."""
+    return plain_name(unicodedata.normalize("NFC", text))
+
+
 def _column(recording: Recording, name: str, n_presses: int, parameter: str) -> list[str]:
     outer = name.removeprefix(FOLDER)
     if name.startswith(FOLDER) and outer == OUTER * (len(outer) // len(OUTER)):
         folder = Path(os.path.abspath(f"{recording.source}/..{outer}")).name
-        return [plain_name(folder) or folder] * n_presses
+        return [_name(folder) or folder] * n_presses
     columns = recording.presses.columns
     _check_a_press_each(recording, name, parameter)
     if name not in columns:
@@ -105,7 +111,7 @@ def _column(recording: Recording, name: str, n_presses: int, parameter: str) -> 
         )
     texts = list[str]()
     for k, value in enumerate(columns[name]):
-        text = plain_name(str(value))
+        text = _name(str(value))
         if text is None and str(value).strip():
             raise InputError(
                 f"{recording.source}: press {k}: {name} must be a line of printable text, got {str(value)[:60]!r}"
