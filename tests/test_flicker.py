@@ -111,6 +111,16 @@ def test_whole_lines_flicker_beside_what_moves_too(line: tuple[int | slice, ...]
     assert np.abs(mended[200:300]).max() < 8
 
 
+def test_lines_of_wide_pads_flicker_too() -> None:
+    # Of so many taxels more may flicker at once than a line has.
+    frames = np.random.default_rng(0).normal(0.0, 1.0, (300, 64, 64))
+    frames[:, 40] += (90.0 * (np.arange(300) // 4 % 2))[:, None]
+    where = watched(frames, 100.0)[0][-1]
+    assert where is not None
+    assert np.unique(np.argwhere(where)[:, 0]).tolist() == [40]
+    assert where[40].all()
+
+
 def test_whole_pads_patches_and_pads_of_few_taxels_do_not_flicker() -> None:
     rng = np.random.default_rng(0)
     on_off = 90.0 * (np.arange(800) // 3 % 2)

@@ -191,7 +191,7 @@ def recognize(
     refuse_alone(workers=workers, cluster=cluster, keep_parts=keep_parts or None)
     from varishold.cli.recordings import each_file, odd_recordings, read_upright, recording_files
     from varishold.learning import TactileClassifier, read_model
-    from varishold.touch.course.presses import cut_presses, first_of_same
+    from varishold.touch.course.presses import cut_presses, without_copies
 
     learned = read_model(model)
     files = recording_files(recordings)
@@ -209,7 +209,7 @@ def recognize(
         learned = learned.adapt(unlabelled)
         if not json:
             some, left_out = learned.adapted_to_, len(unlabelled) - learned.adapted_to_
-            copies = len(unlabelled) - len(set(first_of_same(unlabelled))) if left_out else 0
+            copies = len(unlabelled) - len(without_copies(unlabelled)) if left_out else 0
             faint = left_out - copies
             all_of_them = f"{'this' if some == 1 else 'these'} {counted(some, 'press')}"
             which = f"{some} of these {len(unlabelled)} presses" if left_out else all_of_them

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from varishold.frame.fill import fill_invalid
 from varishold.frame.health import taxels_in_words
-from varishold.frame.neighbours import whole_lines
+from varishold.frame.neighbours import largest_around, whole_lines
 from varishold.frame.sticking import ALONE, SIGMAS, most_sticking
 
 __all__ = ["RunningFlicker"]
@@ -127,20 +127,14 @@ class RunningFlicker:
 
     def _alone(self, far: Mask, steps: Floats) -> Mask:
         """Return which taxels jump while those beside them do not, and whole lines of such."""
-        few = np.count_nonzero(far) <= self._most
-        lines = np.zeros_like(far) if few else whole_lines(far, self._usable) & far
-        alone = lines.copy()
-        if not few:
+        lines = whole_lines(far, self._usable) & far
+        single = far & ~lines
+        if np.count_nonzero(single) > self._most:
             # What moves is a press; what flickers goes on beside it.
-            far = far & (lines if self.flickering is None else self.flickering)
-        for row, col in np.argwhere(far & ~lines).tolist():
-            alone[row, col] = steps[row, col] > ALONE * self._largest_beside(steps, row, col)
-        return alone
-
-    def _largest_beside(self, steps: Floats, row: int, col: int) -> float:
-        beside = steps[max(row - 1, 0) : row + 2, max(col - 1, 0) : col + 2].copy()
-        beside[min(row, 1), min(col, 1)] = 0.0
-        return float(np.nanmax(beside))
+            single = np.zeros_like(far) if self.flickering is None else single & self.flickering
+        if single.any():
+            single &= steps > ALONE * largest_around(np.where(np.isnan(steps), 0.0, steps))
+        return lines | single
 
     def _judge(self) -> None:
         begins = min(_MANY, _SHARE * self._readings)

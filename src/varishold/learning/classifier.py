@@ -31,7 +31,7 @@ from varishold.touch.course.measures import (
     of_another_clock,
     of_forms,
 )
-from varishold.touch.course.presses import Press, as_presses, first_of_same, is_flat, values_of
+from varishold.touch.course.presses import Press, as_presses, is_flat, values_of, without_copies
 
 __all__ = ["NUMBERS", "TOUCH", "TactileClassifier"]
 
@@ -202,7 +202,7 @@ class TactileClassifier(PressClassifier):
         """
         label = checked_label(label)
         asked = self._asked(X)
-        presses = [asked[k] for k in np.unique(first_of_same(asked))]
+        presses = without_copies(asked)
         if label in self.classes_.tolist() or str(label) in map(str, self.classes_):
             raise InputError(f"{label!r} is known already; choose another label, or learn everything again")
         if len(presses) < 2:
@@ -260,7 +260,7 @@ class TactileClassifier(PressClassifier):
             If too few presses are like anything known, all are of one thing, or no common shift explains them.
         """
         asked = self._asked(X)
-        told = [asked[k] for k in np.unique(first_of_same(asked))]
+        told = without_copies(asked)
         presses = [told[k] for k in np.flatnonzero(~bear_nothing(told, self.settings_))]
         if not presses:
             raise InputError(

@@ -19,11 +19,12 @@ from varishold.recording.mended import without_faults
 from varishold.touch.course.one_sensor import check_same_pads
 from varishold.touch.course.presses import Press, cut_presses
 
-__all__ = ["FOLDER", "OUTER", "LabelledPresses", "labelled_presses"]
+__all__ = ["FOLDER", "LabelledPresses", "labelled_presses"]
 
-#: The label, or group, that is the name of the folder in which a recording lies; with this behind it, once or several
-#: times, of the folder in which that one lies.
-FOLDER, OUTER = "folder", "/.."
+#: The label, or group, that is the name of the folder in which a recording lies.
+FOLDER = "folder"
+# Each time that this stands behind it, it is the folder around.
+_OUTER = "/.."
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +97,7 @@ def _name(text: str) -> str | None:
 
 def _column(recording: Recording, name: str, n_presses: int, parameter: str) -> list[str]:
     outer = name.removeprefix(FOLDER)
-    if name.startswith(FOLDER) and outer == OUTER * (len(outer) // len(OUTER)):
+    if name.startswith(FOLDER) and outer == _OUTER * (len(outer) // len(_OUTER)):
         folder = Path(os.path.abspath(f"{recording.source}/..{outer}")).name
         return [_name(folder) or folder] * n_presses
     columns = recording.presses.columns

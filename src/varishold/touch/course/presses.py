@@ -31,6 +31,7 @@ __all__ = [
     "flat_presses",
     "is_flat",
     "values_of",
+    "without_copies",
 ]
 
 Floats = NDArray[np.float64]
@@ -127,6 +128,11 @@ def first_of_same(presses: Sequence[Press]) -> NDArray[np.intp]:
         beside = tuple((name, np.float64(value).tobytes()) for name, value in sorted(press.columns.items()))
         found.append(first.setdefault((frames, beside), k) if felt else k)
     return np.array(found, dtype=np.intp)
+
+
+def without_copies(presses: Sequence[Press]) -> list[Press]:
+    """Return the presses but for those that copy an earlier one."""
+    return [presses[k] for k in np.unique(first_of_same(presses))]
 
 
 @dataclass(frozen=True, eq=False)
