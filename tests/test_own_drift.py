@@ -54,6 +54,21 @@ def test_nothing_but_the_rest_is_taken_off() -> None:
     assert np.abs(left - left[7])[7:205].max() < 1e-9
 
 
+def test_spans_that_are_long_because_a_press_was_missed_are_no_drift() -> None:
+    rng = np.random.default_rng(6)
+    y, x = np.mgrid[-3.5:4, -3.5:4]
+    starts = np.arange(4, 1400, 7)
+    loads = np.where(np.arange(len(starts)) % 50 == 1, 8.0, 100.0)
+    frames = rng.normal(0.0, 1.0, (1404, 8, 8))
+    for start, load in zip(starts, loads, strict=True):
+        frames[start - 1 : start + 4] += load * np.exp(-((x - rng.normal()) ** 2 + (y - rng.normal()) ** 2) / 8)
+    seen = [range(int(start), int(start) + 3) for start, load in zip(starts, loads, strict=True) if load > 50.0]
+    assert not own_drift(Recording({"pad": Pad(frames)}), seen)
+    drift = np.linspace(0.0, 1.0, len(frames))[:, None, None] * rng.normal(0.0, 60.0, (8, 8))
+    (found,) = own_drift(Recording({"pad": Pad(frames + drift)}), seen).values()
+    assert np.std(found.off_at(np.array([1060.0])) - drift[1060]) < 0.1 * np.std(drift[1060])
+
+
 @pytest.mark.parametrize("noise", [0.0, 0.5, 10.0, 60.0])
 @pytest.mark.parametrize("whole", [False, True])
 def test_a_rest_that_stays_is_left_as_it_is(noise: float, whole: bool) -> None:

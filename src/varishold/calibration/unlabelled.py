@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg, ndimage
+from scipy import linalg, ndimage, sparse
 
 from varishold._counted import counted
 from varishold.calibration.readings import Presses, presses_of
@@ -38,11 +38,13 @@ _FREEDOM = 1.0
 _ROUNDS = 10
 # Pressure itself scatters about a plane by at least this; below it rounds of weighing run into false minima.
 _LEAST_SCATTER = 0.05
+# How pressure is rounded off depends on how high in its contact a place stands: in so many classes of it.
+_HEIGHTS = 8
 # Differences of one press share taxels, so that so many of them say as much as one.
 _ALIKE = 4.5
 # What forms have in common bends gains slowly over the pad, alike in both halves of the presses: on drawn presses gains
 # are off by up to so many times what the halves and the fit tell.
-_FORM = 1.8
+_FORM = 1.3
 # Share of the usable taxels that must be pressed, and from which on few enough are left out.
 _LEAST_PRESSED, _WELL_PRESSED, _FEW = 0.5, 0.8, 50
 # Share of the gains' variance that two halves of the presses must agree on.
@@ -55,19 +57,21 @@ class _Stencil:
 
     Parameters
     ----------
-    taxels : ndarray of shape (n_places, n_taxels), int
-    signs : ndarray of shape (n_taxels,), float64
+    of : sparse array of shape (n_places, n_taxels), float64
+        The signs with which the pad's taxels stand in the difference at each place.
     values, variance : ndarray of shape (n_presses, n_places), float64
         The difference of log readings, and what noise adds to its variance.
     seen : ndarray of shape (n_presses, n_places), bool
         Where all its taxels are inside the contact.
+    height : ndarray of shape (n_presses, n_places), int
+        How high in its contact it stands, in classes that are seen alike often.
     """
 
-    taxels: NDArray[np.intp]
-    signs: Floats
+    of: sparse.csr_array
     values: Floats
     variance: Floats
     seen: NDArray[np.bool_]
+    height: NDArray[np.intp]
 
 
 def calibrate_unlabelled(
@@ -238,6 +242,7 @@ def _stencils(stress: Floats, noise: Floats, inside: NDArray[np.bool_]) -> list[
     log = np.log(read).reshape(n, -1)
     variance = (np.where(inside, noise[:, None, None], 0.0) / read).reshape(n, -1) ** 2
     flat = inside.reshape(n, -1)
+    peak = np.where(flat, log, -np.inf).max(axis=1, keepdims=True)
     line, square = np.array([1.0, -2.0, 1.0]), np.array([1.0, -1.0, -1.0, 1.0])
     places = (
         ((number[:, :-2], number[:, 1:-1], number[:, 2:]), line),
@@ -247,16 +252,19 @@ def _stencils(stress: Floats, noise: Floats, inside: NDArray[np.bool_]) -> list[
     made = []
     for parts, signs in places:
         taxels = np.stack(parts, axis=-1).reshape(-1, signs.size)
-        made.append(
-            _Stencil(
-                taxels,
-                signs,
-                log[:, taxels] @ signs,
-                variance[:, taxels] @ signs**2,
-                np.asarray(flat[:, taxels].all(axis=-1)),
-            )
-        )
+        place = np.repeat(np.arange(len(taxels)), signs.size)
+        of = sparse.csr_array((np.tile(signs, len(taxels)), (place, taxels.ravel())), shape=(len(taxels), rows * cols))
+        seen = np.asarray(flat[:, taxels].all(axis=-1))
+        height = _classes(log[:, taxels].mean(axis=-1) - peak, seen)
+        made.append(_Stencil(of, log[:, taxels] @ signs, variance[:, taxels] @ signs**2, seen, height))
     return made
+
+
+def _classes(heights: Floats, seen: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Return the class of each height, of `_HEIGHTS` that hold as many of those that are seen."""
+    if not seen.any():
+        return np.zeros(heights.shape, np.intp)
+    return np.searchsorted(np.quantile(heights[seen], np.arange(1, _HEIGHTS) / _HEIGHTS), heights)
 
 
 def _solved(stress: Floats, noise: Floats, inside: NDArray[np.bool_]) -> tuple[Floats, Floats]:
@@ -269,7 +277,9 @@ def _solved(stress: Floats, noise: Floats, inside: NDArray[np.bool_]) -> tuple[F
         normal, right = np.zeros((size, size)), np.zeros(size)
         for stencil in stencils:
             if stencil.seen.any():
-                _add(normal, right, stencil, gains)
+                more, value = _equations(stencil, gains)
+                normal += more
+                right += value
         factor = linalg.cho_factor(normal / _ALIKE + np.eye(size) / scatter**2)
         gains = linalg.cho_solve(factor, right / _ALIKE)
         inverse = linalg.cho_solve(factor, np.eye(size))
@@ -278,20 +288,26 @@ def _solved(stress: Floats, noise: Floats, inside: NDArray[np.bool_]) -> tuple[F
     return gains.reshape(stress.shape[1:]), spread.reshape(stress.shape[1:])
 
 
-def _add(normal: Floats, right: Floats, stencil: _Stencil, gains: Floats) -> None:
-    """Add a stencil's weighed equations."""
-    left = stencil.values - gains[stencil.taxels] @ stencil.signs
-    # Pressure is rounded off on the mean: what all places share is form, no gain.
-    middle = float(np.median(left[stencil.seen]))
-    left = left - middle
+def _equations(stencil: _Stencil, gains: Floats) -> tuple[Floats, Floats]:
+    """Return a stencil's weighed normal equations for the gains.
+
+    Pressure is rounded off: what all places of one height in their contacts share is form, no gain. It is an unknown of
+    its own for each class of height, and is solved out; a bend of all gains alike is left to what is known before.
+    """
+    left = stencil.values - stencil.of @ gains
+    classes = [stencil.height == k for k in range(_HEIGHTS)]
+    for here in classes:
+        there = here & stencil.seen
+        left[here] -= np.median(left[there]) if there.any() else 0.0
     scale = 1.4826 * float(np.median(np.abs(left[stencil.seen])))
     variance = 0.5 * scale**2 + stencil.variance + _LEAST_SCATTER**2
     weight = np.where(stencil.seen, (_FREEDOM + 1) / (_FREEDOM + left**2 / variance) / variance, 0.0)
-    total, value = weight.sum(axis=0), (weight * (stencil.values - middle)).sum(axis=0)
-    for i, sign in enumerate(stencil.signs):
-        np.add.at(right, stencil.taxels[:, i], value * sign)
-        for j, other in enumerate(stencil.signs):
-            np.add.at(normal, (stencil.taxels[:, i], stencil.taxels[:, j]), total * sign * other)
+    totals = np.stack([np.where(here, weight, 0.0).sum(axis=0) for here in classes])
+    values = np.stack([np.where(here, weight * stencil.values, 0.0).sum(axis=0) for here in classes])
+    shared = stencil.of.T @ totals.T / np.maximum(totals.sum(axis=1), 1e-300)
+    normal = (stencil.of.T @ stencil.of.multiply(totals.sum(axis=0)[:, None])).toarray()
+    normal -= shared @ (stencil.of.T @ totals.T).T
+    return normal, stencil.of.T @ values.sum(axis=0) - shared @ values.sum(axis=1)
 
 
 def _beside(stress: Floats, inside: NDArray[np.bool_], gains: Floats) -> Floats:

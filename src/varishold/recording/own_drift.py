@@ -55,12 +55,15 @@ class OwnDrift:
     def mended(self, first: int, last: int) -> NDArray[Any]:
         """Return frames first to last - 1 on the rest that each taxel begins at."""
         read = np.asarray(self.frames[first:last])
-        moments = np.arange(first, last, dtype=np.float64)
+        return taken_off(read, self.off_at(np.arange(first, last, dtype=np.float64)), self.ends_at)
+
+    def off_at(self, moments: Floats) -> Floats:
+        """Return how far each taxel is off at each of some moments, shape (n_moments, rows, cols)."""
         after = np.clip(np.searchsorted(self.at, moments), 1, len(self.at) - 1)
         share = np.clip((moments - self.at[after - 1]) / (self.at[after] - self.at[after - 1]), 0.0, 1.0)
         share = share[:, None, None]
-        off = (1.0 - share) * self.off[after - 1] + share * self.off[after]
-        return taken_off(read, off, self.ends_at)
+        off: Floats = (1.0 - share) * self.off[after - 1] + share * self.off[after]
+        return off
 
     def words(self) -> tuple[str, ...]:
         """Return how far taxels go, in words."""
@@ -114,14 +117,14 @@ def may_drift(frames: Frames, usable: Mask) -> bool:
 
 
 def _quiet_spans(pressed: list[range], n_frames: int) -> list[range]:
-    """Return the frames before, between and after presses in which nothing presses any more, nor yet."""
+    """Return the frames before, between and after presses in which nothing presses any more, nor yet, if there are."""
     starts = [0, *(press.stop for press in pressed)]
     stops = [*(press.start for press in pressed), n_frames]
     spans = []
     for k, (start, stop) in enumerate(zip(starts, stops, strict=True)):
         begins = start + (math.ceil(_AFTER * (stop - start)) if k > 0 else 0)
         ends = stop - (_BEFORE if k < len(pressed) else 0)
-        if ends - begins >= _FEWEST:
+        if ends > begins:
             spans.append(range(begins, ends))
     return spans
 
@@ -136,7 +139,7 @@ def _moments(spans: list[range]) -> list[range]:
 
 def _followed(frames: NDArray[Any], usable: Mask, spans: list[range]) -> OwnDrift | None:
     """Return how the rests of a pad go from span to span; None where they stay, or that is not certain."""
-    spread = _moments(spans)
+    spread = _moments([span for span in spans if len(span) >= _FEWEST])
     some = [spread[k] for k in spread_over(len(spread), max(2, _ROOM // (8 * usable.size)))] if spread else []
     if len(some) < 2:
         return None
@@ -157,4 +160,21 @@ def _followed(frames: NDArray[Any], usable: Mask, spans: list[range]) -> OwnDrif
     if not (goes > np.maximum(_ERRORS * np.hypot(scatter, scatter[0]), _LEAST * highest)).any():
         return None
     middles = np.array([(span.start + span.stop - 1) / 2 for span in some])
-    return OwnDrift(frames, middles, off, readings_end(looked, frames.dtype.kind))
+    found = OwnDrift(frames, middles, off, readings_end(looked, frames.dtype.kind))
+    others = [span for span in spans if len(span) < _FEWEST]
+    return found if _borne_out(found, usable, others, float(np.median(scatter))) else None
+
+
+def _borne_out(found: OwnDrift, usable: Mask, others: list[range], scatter: float) -> bool:
+    """Tell whether frames that went into no rest go as is found, where that is by more than rests scatter.
+
+    Where presses follow each other fast, a long span is mostly one whose press was missed.
+    """
+    if not others:
+        return True
+    read = np.array(
+        [found.frames[each.start : each.stop][:, usable].astype(np.float64).mean(axis=0) for each in others]
+    )
+    off = found.off_at(np.array([(each.start + each.stop - 1) / 2 for each in others]))[:, usable]
+    read, off = (values - values.mean(axis=0) for values in (read, off))
+    return float(off.std()) < _ERRORS * scatter or float((off * (2.0 * read - off)).sum()) > 0.0
