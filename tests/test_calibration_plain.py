@@ -19,7 +19,7 @@ from varishold.calibration.explanation import FAMILIES, Observations
 from varishold.calibration.imprint import OBJECTS, KnownObject, _plate_turn
 from varishold.calibration.objects import _curve, _left, _observed
 from varishold.calibration.press_fit import Fit, Observed, _normal
-from varishold.calibration.unlabelled import _beside, _inside, _roughness, _scatter, _stencils
+from varishold.calibration.unlabelled import _beside, _inside, _roughness, _scatter
 from varishold.errors import InputError
 from varishold.recording import Pad, Recording
 from varishold.sensor import Linear, Logarithmic, Power, Sensor
@@ -67,34 +67,6 @@ def test_a_taxel_is_seen_beside_its_neighbours_in_the_contact(seed: int) -> None
     nobody = np.zeros_like(inside)
     assert not _roughness(stress, nobody, gains).any()
     assert np.isnan(_scatter(stress, nobody, gains)).all()
-
-
-@few
-@given(seeds)
-def test_differences_vanish_on_planes_and_know_their_noise(seed: int) -> None:
-    stress, inside, _ = felt(seed)
-    noise = np.random.default_rng(seed).uniform(0.01, 0.1, 5)
-    found = _stencils(stress, noise, inside)
-    places = {
-        (1.0, -2.0, 1.0, "row"): [((r, c), (r, c + 1), (r, c + 2)) for r in range(4) for c in range(4)],
-        (1.0, -2.0, 1.0, "column"): [((r, c), (r + 1, c), (r + 2, c)) for r in range(2) for c in range(6)],
-        (1.0, -1.0, -1.0, 1.0, "square"): [
-            ((r, c), (r, c + 1), (r + 1, c), (r + 1, c + 1)) for r in range(3) for c in range(5)
-        ],
-    }
-    for stencil, (key, wanted) in zip(found, places.items(), strict=True):
-        signs = key[:-1]
-        for row, taxels in zip(stencil.of.toarray(), wanted, strict=True):
-            assert {divmod(int(t), 6): row[t] for t in np.flatnonzero(row)} == dict(zip(taxels, signs, strict=True))
-        for n, (k, taxels) in itertools.product(range(5), enumerate(wanted)):
-            assert stencil.seen[n, k] == all(inside[n, r, c] for r, c in taxels)
-            if stencil.seen[n, k]:
-                logs = [np.log(stress[n, r, c]) for r, c in taxels]
-                assert stencil.values[n, k] == pytest.approx(np.dot(logs, signs), abs=1e-12)
-                variance = sum(
-                    s * s * (noise[n] / stress[n, r, c]) ** 2 for s, (r, c) in zip(signs, taxels, strict=True)
-                )
-                assert stencil.variance[n, k] == pytest.approx(variance)
 
 
 def test_a_taxel_takes_part_where_its_surroundings_are_pressed() -> None:

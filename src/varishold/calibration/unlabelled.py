@@ -7,12 +7,13 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg, ndimage, sparse
+from scipy import linalg, ndimage
 
 from varishold._counted import counted
 from varishold.calibration.readings import Presses, presses_of
 from varishold.calibration.result import Calibration, Finding, error_of_spread
 from varishold.errors import InputError
+from varishold.frame.bends import bends_of
 from varishold.recording import Recording
 from varishold.sensor import Sensor
 
@@ -36,12 +37,6 @@ _BROKEN, _FEWEST_TO_BREAK = 0.03, 5
 # Degrees of freedom of the residuals' distribution: edges and tips are far outliers.
 _FREEDOM = 1.0
 _ROUNDS = 10
-# Pressure itself scatters about a plane by at least this; below it rounds of weighing run into false minima.
-_LEAST_SCATTER = 0.05
-# How pressure is rounded off depends on how high in its contact a place stands: in so many classes of it.
-_HEIGHTS = 8
-# Differences of one press share taxels, so that so many of them say as much as one.
-_ALIKE = 4.5
 # What forms have in common bends gains slowly over the pad, alike in both halves of the presses: on drawn presses gains
 # are off by up to so many times what the halves and the fit tell.
 _FORM = 1.3
@@ -49,29 +44,6 @@ _FORM = 1.3
 _LEAST_PRESSED, _WELL_PRESSED, _FEW = 0.5, 0.8, 50
 # Share of the gains' variance that two halves of the presses must agree on.
 _AGREEMENT = 0.5
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class _Stencil:
-    """A difference that vanishes where the logarithm of pressure is a plane.
-
-    Parameters
-    ----------
-    of : sparse array of shape (n_places, n_taxels), float64
-        The signs with which the pad's taxels stand in the difference at each place.
-    values, variance : ndarray of shape (n_presses, n_places), float64
-        The difference of log readings, and what noise adds to its variance.
-    seen : ndarray of shape (n_presses, n_places), bool
-        Where all its taxels are inside the contact.
-    height : ndarray of shape (n_presses, n_places), int
-        How high in its contact it stands, in classes that are seen alike often.
-    """
-
-    of: sparse.csr_array
-    values: Floats
-    variance: Floats
-    seen: NDArray[np.bool_]
-    height: NDArray[np.intp]
 
 
 def calibrate_unlabelled(
@@ -235,79 +207,25 @@ def _inside(stress: Floats, noise: Floats, usable: NDArray[np.bool_]) -> tuple[N
     return inside, broken
 
 
-def _stencils(stress: Floats, noise: Floats, inside: NDArray[np.bool_]) -> list[_Stencil]:
-    n, rows, cols = stress.shape
-    number = np.arange(rows * cols).reshape(rows, cols)
-    read = np.where(inside, stress, 1.0)
-    log = np.log(read).reshape(n, -1)
-    variance = (np.where(inside, noise[:, None, None], 0.0) / read).reshape(n, -1) ** 2
-    flat = inside.reshape(n, -1)
-    peak = np.where(flat, log, -np.inf).max(axis=1, keepdims=True)
-    line, square = np.array([1.0, -2.0, 1.0]), np.array([1.0, -1.0, -1.0, 1.0])
-    places = (
-        ((number[:, :-2], number[:, 1:-1], number[:, 2:]), line),
-        ((number[:-2], number[1:-1], number[2:]), line),
-        ((number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]), square),
-    )
-    made = []
-    for parts, signs in places:
-        taxels = np.stack(parts, axis=-1).reshape(-1, signs.size)
-        place = np.repeat(np.arange(len(taxels)), signs.size)
-        of = sparse.csr_array((np.tile(signs, len(taxels)), (place, taxels.ravel())), shape=(len(taxels), rows * cols))
-        seen = np.asarray(flat[:, taxels].all(axis=-1))
-        height = _classes(log[:, taxels].mean(axis=-1) - peak, seen)
-        made.append(_Stencil(of, log[:, taxels] @ signs, variance[:, taxels] @ signs**2, seen, height))
-    return made
-
-
-def _classes(heights: Floats, seen: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Return the class of each height, of `_HEIGHTS` that hold as many of those that are seen."""
-    if not seen.any():
-        return np.zeros(heights.shape, np.intp)
-    return np.searchsorted(np.quantile(heights[seen], np.arange(1, _HEIGHTS) / _HEIGHTS), heights)
-
-
 def _solved(stress: Floats, noise: Floats, inside: NDArray[np.bool_]) -> tuple[Floats, Floats]:
     """Return the log gains that explain second differences best, and their standard errors."""
-    size = stress.shape[1] * stress.shape[2]
-    stencils = _stencils(stress, noise, inside)
-    gains, scatter = np.zeros(size), 0.25
-    spread = np.full(size, scatter)
+    shape = (stress.shape[1], stress.shape[2])
+    size = shape[0] * shape[1]
+    bends = bends_of(stress, inside, noise)
+    gains: Floats = np.zeros(shape)
+    spread: Floats = np.zeros(shape)
+    scatter = 0.25
     for _ in range(_ROUNDS):
-        normal, right = np.zeros((size, size)), np.zeros(size)
-        for stencil in stencils:
-            if stencil.seen.any():
-                more, value = _equations(stencil, gains)
-                normal += more
-                right += value
-        factor = linalg.cho_factor(normal / _ALIKE + np.eye(size) / scatter**2)
-        gains = linalg.cho_solve(factor, right / _ALIKE)
-        inverse = linalg.cho_solve(factor, np.eye(size))
-        spread = np.sqrt(np.diag(inverse))
+        normal, right = np.eye(size) / scatter**2, np.zeros(shape)
+        for bend in bends:
+            weighed = bend.weighed(gains, _FREEDOM)
+            weighed.add_right(right)
+            normal += weighed.matrix(shape)
+        factor = linalg.cho_factor(normal)
+        gains = linalg.cho_solve(factor, right.ravel()).reshape(shape)
+        spread = np.sqrt(np.diag(linalg.cho_solve(factor, np.eye(size)))).reshape(shape)
         scatter = max(float(np.sqrt(np.mean(gains**2 + spread**2))), 1e-4)
-    return gains.reshape(stress.shape[1:]), spread.reshape(stress.shape[1:])
-
-
-def _equations(stencil: _Stencil, gains: Floats) -> tuple[Floats, Floats]:
-    """Return a stencil's weighed normal equations for the gains.
-
-    Pressure is rounded off: what all places of one height in their contacts share is form, no gain. It is an unknown of
-    its own for each class of height, and is solved out; a bend of all gains alike is left to what is known before.
-    """
-    left = stencil.values - stencil.of @ gains
-    classes = [stencil.height == k for k in range(_HEIGHTS)]
-    for here in classes:
-        there = here & stencil.seen
-        left[here] -= np.median(left[there]) if there.any() else 0.0
-    scale = 1.4826 * float(np.median(np.abs(left[stencil.seen])))
-    variance = 0.5 * scale**2 + stencil.variance + _LEAST_SCATTER**2
-    weight = np.where(stencil.seen, (_FREEDOM + 1) / (_FREEDOM + left**2 / variance) / variance, 0.0)
-    totals = np.stack([np.where(here, weight, 0.0).sum(axis=0) for here in classes])
-    values = np.stack([np.where(here, weight * stencil.values, 0.0).sum(axis=0) for here in classes])
-    shared = stencil.of.T @ totals.T / np.maximum(totals.sum(axis=1), 1e-300)
-    normal = (stencil.of.T @ stencil.of.multiply(totals.sum(axis=0)[:, None])).toarray()
-    normal -= shared @ (stencil.of.T @ totals.T).T
-    return normal, stencil.of.T @ values.sum(axis=0) - shared @ values.sum(axis=1)
+    return gains, spread
 
 
 def _beside(stress: Floats, inside: NDArray[np.bool_], gains: Floats) -> Floats:
