@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, get_type_hints
+from zipfile import ZipFile
 
 import click
 import numpy as np
@@ -150,6 +151,19 @@ def test_a_second_run_replaces_its_own_output(run: Any, folder: Path) -> None:
         for _ in range(2):
             status, _, told = run(*words)
             assert status == 0, told
+
+
+@pytest.mark.parametrize("words", [("taxels", "noise=.03"), ("feel", "--examples", "10")])
+def test_a_library_that_was_felt_is_not_replaced_unasked(run: Any, folder: Path, words: tuple[str, ...]) -> None:
+    with ZipFile(folder / "felt.npz", "w") as made:
+        made.comment = b"varishold library"
+    before = (folder / "felt.npz").read_bytes()
+    status, _, told = run("objects", *words, "-o", "felt.npz")
+    assert status == 1
+    assert "felt.npz: is there, and is no file that may be replaced unasked" in told
+    assert "(--force)" in told
+    assert (folder / "felt.npz").read_bytes() == before
+    assert "Replace a file that is there." in run("objects", words[0], "--help")[1]
 
 
 def test_an_export_is_never_its_model_and_keeps_what_is_foreign(run: Any, folder: Path) -> None:

@@ -59,6 +59,15 @@ def test_a_mesh_is_added_listed_shown_and_perceived(run: Any, brick: Path, small
     assert said.splitlines()[1] == "again.npz: 3 objects"
     assert (tmp_path / "again.npz").read_bytes() == small.read_bytes()
     assert not list(tmp_path.glob("*.felt"))
+    # What it felt of another size is told, and kept.
+    other, thing = tmp_path / "other.npz", mesh_to_grip(brick, size_m=0.09)
+    other.write_bytes(before)
+    feel_examples(thing, examples=1, processes=1, keep=kept_beside(other, thing, seed=0))
+    status, _, told = run("objects", "add", brick, "--size-m", "0.08", "--library", "other.npz", *ADD)
+    assert status == 0
+    kept = "varishold: note: other.npz.felt keeps what stopped calls with other options felt; remove it, or repeat them"
+    assert kept in told.splitlines()
+    assert kept_beside(other, thing, seed=0).is_file()
 
     status, said, _ = run("objects", "list", "--library", "small.npz", "--json")
     rows = [json.loads(line) for line in said.splitlines()]

@@ -13,6 +13,7 @@ import time
 import zipfile
 from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -449,10 +450,22 @@ def test_places_that_cannot_be_written_are_told_beforehand(tmp_path: Path) -> No
 
 
 def test_a_folder_that_may_not_be_written_is_told_beforehand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "link").symlink_to(tmp_path / "absent" / "it")
+    with pytest.raises(InputError, match="there is no folder .*absent; make it first"):
+        check_output(tmp_path / "link", "page")
+    (tmp_path / "link").unlink()
+    check_output(tmp_path / "it", "page")
+    # Nothing stays of the trial.
+    assert not list(tmp_path.iterdir())
+
     # To root nothing is forbidden.
-    monkeypatch.setattr(os, "access", lambda path, how: (Path(path), how) != (tmp_path, os.W_OK))
-    with pytest.raises(InputError, match="permission denied"):
+    def refuse(path: Path, *_: Any, **__: Any) -> None:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+
+    monkeypatch.setattr("builtins.open", refuse)
+    with pytest.raises(InputError, match="it: cannot write here: permission denied"):
         check_output(tmp_path / "it", "page")
+    assert not list(tmp_path.iterdir())
 
 
 # Pictures

@@ -12,7 +12,7 @@ from typing import Any, get_args, get_origin
 
 import click
 
-from varishold.cli.files import adds_force, guarded, signature_of
+from varishold.cli.files import adds_force, force_said, guarded, signature_of
 
 __all__ = ["Argument", "Command", "Commands", "Option"]
 
@@ -55,8 +55,7 @@ class Command(click.Command):
             signature = signature_of(self._function)
             self.params = [_parameter(each) for each in signature.parameters.values()]
             if adds_force(signature):
-                words = "Replace a file that this command did not make."
-                self.params.append(click.Option(["--force"], is_flag=True, help=words))
+                self.params.append(click.Option(["--force"], is_flag=True, help=force_said(signature)))
         return super().get_params(ctx)
 
     def _places(self, ctx: click.Context) -> Iterator[tuple[str, str]]:

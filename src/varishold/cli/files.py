@@ -12,7 +12,7 @@ import click
 
 from varishold.errors import InputError
 
-__all__ = ["Reads", "Writes", "adds_force", "guarded", "signature_of", "with_option"]
+__all__ = ["Reads", "Writes", "adds_force", "force_said", "guarded", "signature_of", "with_option"]
 
 # Kinds of what is read that name files, whatever they are.
 _FILES = ("file", "recordings", "bare recordings", "tables")
@@ -41,6 +41,12 @@ class Writes:
 def adds_force(signature: inspect.Signature) -> bool:
     """Whether a command gets the option ``--force`` although it has no such parameter: it writes a file."""
     return bool(_written(_marks(signature))) and "force" not in signature.parameters
+
+
+def force_said(signature: inspect.Signature) -> str:
+    """Say what ``--force`` is for: to replace what was measured or felt long, or what is of another kind."""
+    kept = any(mark.kind == "measurement" for mark in _written(_marks(signature)).values())
+    return "Replace a file that is there." if kept else "Replace a file that this command did not make."
 
 
 @functools.cache

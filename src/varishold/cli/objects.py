@@ -137,7 +137,7 @@ def _notes(n: int, alike: dict[str, int]) -> list[str]:
 
 
 def feel(
-    output: Annotated[Path, Option("The library to write (NPZ).", short="-o"), Writes("library", ending=".npz")],
+    output: Annotated[Path, Option("The library to write (NPZ).", short="-o"), Writes("measurement", ending=".npz")],
     hand: FeelingHandName = None,
     examples: Annotated[int, Option("How many times each of the ten objects is felt.", min=10, max=10_000)] = 50,
     lumps: Annotated[
@@ -200,7 +200,7 @@ def taxels(
             metavar="KIND=SHARE,...",
         ),
     ],
-    output: Annotated[Path, Option("The library to write (NPZ).", short="-o"), Writes("library", ending=".npz")],
+    output: Annotated[Path, Option("The library to write (NPZ).", short="-o"), Writes("measurement", ending=".npz")],
     library: _KNOWN = None,
     seed: Annotated[int, Option("The same seed gives the same library.", min=0)] = 0,
     json: Annotated[bool, Option("Print one JSON object.")] = False,
@@ -264,13 +264,17 @@ def _things(meshes: list[Path], names: list[str] | None, size_m: float | None, l
 
 
 def _forget(kept: list[Path]) -> None:
-    """Remove what was kept in case of a stop; what another call keeps there stays."""
+    """Remove what was kept in case of a stop; what another call keeps there stays, and is told."""
     from contextlib import suppress
 
+    folder = kept[0].parent
     with suppress(OSError):
         for path in kept:
-            path.unlink()
-        kept[0].parent.rmdir()
+            path.unlink(missing_ok=True)
+        if any(folder.iterdir()):
+            tell(f"note: {folder} keeps what stopped calls with other options felt; remove it, or repeat them")
+            return
+        folder.rmdir()
 
 
 def list_objects(

@@ -12,7 +12,7 @@ from types import MappingProxyType
 
 from varishold.errors import InputError
 from varishold.files.opening import open_file
-from varishold.files.writing import cannot_write, no_folder
+from varishold.files.writing import cannot_write, no_folder, try_to_write
 
 __all__ = ["KINDS", "Kind", "check_output"]
 
@@ -124,8 +124,7 @@ def check_output(
         raise InputError(f"{path}: cannot write here: it is a folder; name a file in it, or what is not there yet")
     if not stat.S_ISREG(mode) and mode:
         return
-    if not os.access(Path(path).absolute().parent, os.W_OK):
-        raise InputError(f"{path}: cannot write here: permission denied")
+    try_to_write(Path(path))
     if mode and not force and not KINDS[kind].recognizes(path):
         raise InputError(
             f"{path}: is there, and is no {KINDS[kind].title}; name another file, or replace it by force",

@@ -21,6 +21,7 @@ __all__ = [
     "folder_beside",
     "no_folder",
     "part_beside",
+    "try_to_write",
     "writable_target",
     "write_texts",
 ]
@@ -150,6 +151,23 @@ def part_beside(target: Path, mode: Literal["w", "wb"]) -> tuple[IO[Any], Path]:
         if os.fstat(handle.fileno()).st_nlink:
             return handle, written
         handle.close()  # swept before it was locked
+
+
+def try_to_write(path: Path) -> None:
+    """Begin a file where `path` leads, and remove it: who may write there is known to the system alone.
+
+    Raises
+    ------
+    InputError
+        If none can be made there.
+    """
+    target, _ = writable_target(path)
+    try:
+        handle, written = part_beside(target, "wb")
+        handle.close()
+        written.unlink(missing_ok=True)
+    except OSError as error:
+        raise cannot_write(path, error) from error
 
 
 @contextmanager
