@@ -19,10 +19,13 @@ SURFACES = Path(__file__).parents[1] / "examples" / "surfaces.npz"
 
 
 @pytest.mark.parametrize(
-    ("number", "after_s"),
-    [(signal.SIGINT, 0.0), (signal.SIGINT, 1.0), (signal.SIGTERM, 1.0), (signal.SIGHUP, 1.0)],
+    ("number", "after_s", "times"),
+    [(signal.SIGINT, 0.0, 1), (signal.SIGINT, 1.0, 1), (signal.SIGINT, 2.0, 2)]
+    + [(signal.SIGTERM, 1.0, 1), (signal.SIGHUP, 1.0, 1)],
 )
-def test_what_asks_to_end_is_heard_and_told_in_one_line(tmp_path: Path, number: int, after_s: float) -> None:
+def test_what_asks_to_end_is_heard_and_told_in_one_line(
+    tmp_path: Path, number: int, after_s: float, times: int
+) -> None:
     words = ("skin", "collect", "--count", "100000", "--processes", "2", "-o", str(tmp_path / "p.npz"))
     process = subprocess.Popen(
         [*PROGRAM, *words],
@@ -39,7 +42,9 @@ def test_what_asks_to_end_is_heard_and_told_in_one_line(tmp_path: Path, number: 
         time.sleep(0.05)
     time.sleep(after_s)
     # A terminal tells all that it runs of Ctrl-C; ``kill`` tells one process.
-    (os.killpg if number == signal.SIGINT else os.kill)(process.pid, number)
+    for _ in range(times):
+        (os.killpg if number == signal.SIGINT else os.kill)(process.pid, number)
+        time.sleep(0.01)
     out, told = process.communicate(timeout=120)
     assert (process.returncode, out, told) == (128 + number, "", "varishold: interrupted\n")
     assert not (tmp_path / "p.npz").exists()

@@ -41,7 +41,7 @@ def test_what_starts_meanwhile_has_one_thread_unless_somebody_said_otherwise(
     seen = {}
 
     def look() -> None:
-        with crew._single_threaded():
+        with crew._environment(dict.fromkeys(crew._THREADS, "1")):
             seen.update({name: os.environ[name] for name in THREADS})
             raise ValueError("own")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from collections.abc import Iterator
@@ -74,5 +75,7 @@ def interruptible() -> Iterator[Ended]:
         leave_at_once()
         sys.unraisablehook = before
         if heard:
+            # It is said once.
+            listen(lambda number, *_: os._exit(status_of(number)))
             say_interrupted()
             ended.status = status_of(heard[0])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, wait
 from contextlib import AbstractContextManager, contextmanager
 from functools import partial
@@ -17,7 +17,10 @@ from varishold.files.workers import can_share, end_with, interrupted_afterwards
 __all__ = ["Worker", "crew_of", "here", "processes", "processors", "shared", "spread"]
 
 # A library of linear algebra starts a thread a processor in every process, unless it is told otherwise.
+# There are as many processes as there is room for: each uses one.
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+# Who removes the locks of a process that was ended where it stood warns of each.
+_QUIET = {"PYTHONWARNINGS": "ignore:resource_tracker"}
 _Item = TypeVar("_Item")
 _Result = TypeVar("_Result")
 
@@ -55,7 +58,7 @@ class _Process:
 
     def submit(self, work: Callable[[Any], Any], task: Any) -> Future[Any]:
         # What starts meanwhile never hears Ctrl-C.
-        with interrupted_afterwards(), _single_threaded():
+        with interrupted_afterwards(), _environment(dict.fromkeys(_THREADS, "1")):
             try:
                 return self._pool.submit(work, task)
             except BrokenExecutor:
@@ -71,10 +74,10 @@ class _Process:
 
 
 @contextmanager
-def _single_threaded() -> Iterator[None]:
-    """What starts meanwhile uses one thread: there are as many processes as there is room for."""
-    unset = [name for name in _THREADS if name not in os.environ]
-    os.environ.update(dict.fromkeys(unset, "1"))
+def _environment(told: Mapping[str, str]) -> Iterator[None]:
+    """What starts meanwhile is told so, but where the user has said otherwise."""
+    unset = [name for name in told if name not in os.environ]
+    os.environ.update({name: told[name] for name in unset})
     try:
         yield
     finally:
@@ -96,7 +99,7 @@ def here() -> Iterator[list[Worker]]:
 @contextmanager
 def processes(number: int) -> Iterator[list[Worker]]:
     """Work in so many processes of this machine, which end with this one, however it ends."""
-    with interrupted_afterwards():
+    with interrupted_afterwards(), _environment(_QUIET):
         shares = can_share(get_context("spawn"))
     if not shares:
         with here() as workers:
