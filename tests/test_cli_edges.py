@@ -171,7 +171,12 @@ def test_an_interruption_unwinds_once_and_ends_with_130(monkeypatch: pytest.Monk
         assert sys.unraisablehook is not hook
         interrupt(signal.SIGINT)
     # A second Ctrl-C while it unwinds ends the process where it stands.
-    assert heard[1:] == ["at once", "at once"]
+    assert heard[1:-1] == ["at once", "at once"]
+    # And after it was said, without a second word.
+    status: list[int] = []
+    monkeypatch.setattr("os._exit", status.append)
+    heard[-1](signal.SIGINT, None)
+    assert status == [130]
     assert (ended.status, said, sys.unraisablehook) == (130, [1], hook)
     heard.clear()
     with interrupts.interruptible() as quiet:

@@ -6,11 +6,13 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from varishold.cli.app import app
 from varishold.cli.command import Argument, Command, Commands, Option
+from varishold.recording import Pad, Recording, write
 
 
 @pytest.mark.parametrize(
@@ -102,6 +104,21 @@ def test_help_fits_a_terminal_and_tells_limits_and_defaults() -> None:
         "  --force                         Replace a file that this command did not make.",
     ):
         assert line in said.splitlines()
+
+
+def test_what_was_typed_is_told_as_it_was_typed(run: Any, tmp_path: Path) -> None:
+    write(Recording({"pad": Pad(np.ones((2, 8, 8)))}), tmp_path / "a.npz")
+    for words, told in (
+        (("touch", "a.npz", "--pitch-m", "-1"), "varishold: --pitch-m must be one spacing in metres"),
+        (("measure", "a.npz", "-o", "a.parquet", "--pitch-m", "-1"), "varishold: a.npz: --pitch-m must be one spacing"),
+        (("skin", "collect", "--count", "1", "-o", "b.npz", "--gain-spread", "-1"), "varishold: --gain-spread of taxels"),
+    ):
+        status, _, said = run(*words)
+        assert status == 1
+        assert said.startswith(told)
+    # A key of a file's own.
+    (tmp_path / "s.toml").write_text("pitch_m = -1\n")
+    assert "s.toml: pitch_m must be" in run("touch", "a.npz", "--sensor", "s.toml", "--pitch-m", "1")[2]
 
 
 class Hue(StrEnum):

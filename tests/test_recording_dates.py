@@ -162,6 +162,9 @@ def test_a_date_is_no_taxel(tmp_path: Path) -> None:
     path = lines(tmp_path / "a.csv", [time.isoformat() for time in TIMES], mark=",", header="")
     with pytest.raises(FormatError, match="column 1 is dates, and a line must hold 7 numbers of taxels beside it"):
         read(path, shape=(1, 7))
+    (tmp_path / "b.csv").write_text(f"time,timestamp,a\n0,{TIMES[0].isoformat()},1\n\n1,{TIMES[1].isoformat()},2\n")
+    with pytest.raises(FormatError, match="column 2 is dates, and stands where taxels begin; leave it out, or put it"):
+        read(tmp_path / "b.csv")
 
 
 def test_a_last_line_that_was_cut_off_in_its_date_is_left_out(tmp_path: Path) -> None:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import functools
 import inspect
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
-from varishold.errors import InputError
+from varishold.errors import FormatError, InputError
 
 __all__ = ["Reads", "Writes", "adds_force", "force_said", "guarded", "signature_of", "with_option"]
 
@@ -125,19 +127,29 @@ def with_option(error: InputError) -> str:
     context = click.get_current_context(silent=True)
     if context is None or context.command.callback is None:
         return str(error)
-    given = {each.name or "": each for each in context.command.get_params(context) if isinstance(each, click.Option)}
-    option = given.get(error.parameter or "")
+    options = {each.name or "": each for each in context.command.get_params(context) if isinstance(each, click.Option)}
+    words = str(error)
+    for name, each in options.items():
+        # Who typed an option looks for it; a key of a file keeps its name.
+        typed = "_" in name and not isinstance(error, FormatError)
+        if typed and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+            words = re.sub(rf"^(\S+: )?{name}\b", rf"\g<1>{_long(each)}", words)
+    option = options.get(error.parameter or "")
     if error.parameter == "shape" and option is None:
         marks = _marks(signature_of(context.command.callback))
         read = {mark.kind: context.params.get(name) for name, mark in marks.items() if isinstance(mark, Reads)}
         if "source" in read:
-            return f"{error}{' (replay:FILE?shape=ROWSxCOLS)' if _is_file(read['source']) else ''}"
+            return f"{words}{' (replay:FILE?shape=ROWSxCOLS)' if _is_file(read['source']) else ''}"
         if "sensor" in read:
-            return f"{error}; in a sensor file: shape = [ROWS, COLUMNS] (--sensor)"
-    if option is None:
-        return str(error)
-    named = next(each for each in option.opts if each.startswith("--"))
-    return f"{error} ({named}{' ROWSxCOLS' if option.name == 'shape' else ''})"
+            return f"{words}; in a sensor file: shape = [ROWS, COLUMNS] (--sensor)"
+    if option is None or _long(option) in words:
+        return words
+    return f"{words} ({_long(option)}{' ROWSxCOLS' if option.name == 'shape' else ''})"
+
+
+def _long(option: click.Option) -> str:
+    """Return an option's name as it is typed in full."""
+    return next(each for each in option.opts if each.startswith("--"))
 
 
 def _is_file(source: str | None) -> bool:

@@ -307,9 +307,11 @@ def _leading_columns(path: Path, table: _Table, width: int, wanted: int | None) 
     titled = names_time(table.title) or table.title in COUNTERS or table.dates == 0
     ahead = int(titled) if wanted is None else width - wanted
     if table.dates is not None and ahead == table.dates:
+        told = f"{path}: column {ahead + 1} is dates"
+        if wanted is None:
+            raise FormatError(f"{told}, and stands where taxels begin; leave it out, or put it first")
         raise FormatError(
-            f"{path}: column {ahead + 1} is dates, and a line must hold {wanted} numbers of taxels beside it for this "
-            f"shape, got {width - 1 - ahead}",
+            f"{told}, and a line must hold {wanted} numbers of taxels beside it for this shape, got {width - 1 - ahead}",
             parameter="shape",
         )
     called = [title.lower() for title in table.titles[:2]]
