@@ -111,7 +111,10 @@ def test_what_was_typed_is_told_as_it_was_typed(run: Any, tmp_path: Path) -> Non
     for words, told in (
         (("touch", "a.npz", "--pitch-m", "-1"), "varishold: --pitch-m must be one spacing in metres"),
         (("measure", "a.npz", "-o", "a.parquet", "--pitch-m", "-1"), "varishold: a.npz: --pitch-m must be one spacing"),
-        (("skin", "collect", "--count", "1", "-o", "b.npz", "--gain-spread", "-1"), "varishold: --gain-spread of taxels"),
+        (
+            ("skin", "collect", "--count", "1", "-o", "b.npz", "--gain-spread", "-1"),
+            "varishold: --gain-spread of taxels",
+        ),
     ):
         status, _, said = run(*words)
         assert status == 1

@@ -38,7 +38,10 @@ _LONGEST_MARK = max(len(mark) for mark, _ in _MARKS)
 # What a path may be that is no regular file, by the test that tells.
 _KINDS = (
     (stat.S_ISDIR, "is a folder; name a file in it"),
-    (stat.S_ISFIFO, "is a pipe; save what comes out of it to a file; a recording or a table may be given as standard input (-)"),
+    (
+        stat.S_ISFIFO,
+        "is a pipe; save what comes out of it to a file; recordings and tables are read as standard input (-) too",
+    ),
     (stat.S_ISSOCK, "is a socket; save what comes out of it to a file first"),
     (lambda mode: not stat.S_ISREG(mode), "is a device; save what comes out of it to a file first"),
 )

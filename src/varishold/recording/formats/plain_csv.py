@@ -311,7 +311,8 @@ def _leading_columns(path: Path, table: _Table, width: int, wanted: int | None) 
         if wanted is None:
             raise FormatError(f"{told}, and stands where taxels begin; leave it out, or put it first")
         raise FormatError(
-            f"{told}, and a line must hold {wanted} numbers of taxels beside it for this shape, got {width - 1 - ahead}",
+            f"{told}, and a line must hold {wanted} numbers of taxels beside it for this shape, "
+            f"got {width - 1 - ahead}",
             parameter="shape",
         )
     called = [title.lower() for title in table.titles[:2]]
