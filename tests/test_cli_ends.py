@@ -20,8 +20,13 @@ SURFACES = Path(__file__).parents[1] / "examples" / "surfaces.npz"
 
 @pytest.mark.parametrize(
     ("number", "after_s", "times"),
-    [(signal.SIGINT, 0.0, 1), (signal.SIGINT, 1.0, 1), (signal.SIGINT, 2.0, 2)]
-    + [(signal.SIGTERM, 1.0, 1), (signal.SIGHUP, 1.0, 1)],
+    [
+        (signal.SIGINT, 0.0, 1),
+        (signal.SIGINT, 1.0, 1),
+        (signal.SIGINT, 2.0, 2),
+        (signal.SIGTERM, 1.0, 1),
+        (signal.SIGHUP, 1.0, 1),
+    ],
 )
 def test_what_asks_to_end_is_heard_and_told_in_one_line(
     tmp_path: Path, number: int, after_s: float, times: int

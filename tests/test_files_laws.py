@@ -451,7 +451,7 @@ def test_places_that_cannot_be_written_are_told_beforehand(tmp_path: Path) -> No
 
 def test_a_folder_that_may_not_be_written_is_told_beforehand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "link").symlink_to(tmp_path / "absent" / "it")
-    with pytest.raises(InputError, match="there is no folder .*absent; make it first"):
+    with pytest.raises(InputError, match=r"there is no folder .*absent; make it first"):
         check_output(tmp_path / "link", "page")
     (tmp_path / "link").unlink()
     check_output(tmp_path / "it", "page")
