@@ -297,8 +297,11 @@ def test_a_file_that_is_no_text_or_not_there(tmp_path) -> None:
     path = tmp_path / "model.json"
     with pytest.raises(InputError, match="there is no such file"):
         read_netlist(path)
-    path.write_bytes(b"\xff\xfe{}")
+    path.write_bytes(b"\xff{}")
     with pytest.raises(FormatError, match="is no UTF-8 text: byte 0 is not"):
+        read_netlist(path)
+    path.write_bytes(b"\xff\xfe{}{")
+    with pytest.raises(FormatError, match="is no UTF-16 text: byte 4 is not"):
         read_netlist(path)
 
 

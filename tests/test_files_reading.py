@@ -93,6 +93,13 @@ def test_hostile_bytes_are_told_in_one_line(tmp_path: Path, reader: str, content
     assert str(path) in str(told.value)
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-32"])
+def test_documents_are_read_as_tables_are(tmp_path: Path, encoding: str) -> None:
+    (tmp_path / "a.json").write_bytes('{"name": "Händ"}\r\n'.encode(encoding))
+    (tmp_path / "a.toml").write_bytes('name = "Händ"\r\n'.encode(encoding))
+    assert read_json(tmp_path / "a.json") == read_toml(tmp_path / "a.toml") == {"name": "Händ"}
+
+
 def test_documents_say_where_they_are_wrong(tmp_path: Path) -> None:
     path = tmp_path / "it.json"
     for text, message in {

@@ -46,6 +46,24 @@ class Pipe:
         return self._terminal
 
 
+@settings(max_examples=50)
+@given(
+    text=st.sampled_from(['[[1, 2]]\n{"pressure": [[3, 4]], "name": "pad"}\n', "1 2\n3 4\n\n5 6\n7 8\n\n1 2\n3 4\n\n"]),
+    ends=st.sampled_from(["\n", "\r", "\r\n"]),
+    encoding=st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "utf-32"]),
+    data=st.data(),
+)
+def test_a_pipe_is_encoded_and_ended_as_a_file_may_be(text: str, ends: str, encoding: str, data: st.DataObject) -> None:
+    def read(came: list[bytes]) -> list[list[list[float]]]:
+        by = Guessed(parse_address("stdin:"))
+        found = [one for piece in came for one in by.samples(piece)] + by.finish()
+        assert by.damaged == 0
+        return [values.tolist() for one in found for values in one.pads.values()]
+
+    whole = text.replace("\n", ends).encode(encoding)
+    assert read(pieces(whole, data.draw(cuts))) == read([text.encode()]) != []
+
+
 def test_a_taxel_that_is_no_number_costs_no_frame() -> None:
     lines = JsonLines(parse_address("stdin:"))
     came = lines.samples(b'[[1, NaN]]\n[[null, 2]]\n{"pressure": [[1, Infinity]], "time_s": NaN}\n[[3, 4]]\n')

@@ -10,7 +10,7 @@ from collections import Counter
 from typing import Any
 
 from varishold.errors import FormatError
-from varishold.files.opening import read_bytes
+from varishold.files.opening import encoding_of, read_bytes
 
 __all__ = ["parse_json", "read_json", "read_toml"]
 
@@ -33,7 +33,7 @@ def read_json(path: str | os.PathLike[str]) -> Any:
     InputError
         If the file cannot be opened.
     FormatError
-        If it is not UTF-8 or not JSON, repeats a key, or is nested too deeply.
+        If it is no UTF-8, or UTF-16 or UTF-32 with a byte order mark, or no JSON, repeats a key, or is nested too deeply.
     """
     return parse_json(_text(path, _LARGEST_JSON), where=str(path))
 
@@ -65,7 +65,7 @@ def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
     InputError
         If the file cannot be opened.
     FormatError
-        If it is not UTF-8 or not TOML, or is nested too deeply.
+        If it is no UTF-8, or UTF-16 or UTF-32 with a byte order mark, or no TOML, or is nested too deeply.
     """
     text = _text(path, _LARGEST_TOML)
     if _LONG_KEY.search(text):
@@ -84,10 +84,12 @@ def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 def _text(path: str | os.PathLike[str], most: int) -> str:
     content = read_bytes(path, most=most)
+    encoding, skipped = encoding_of(content)
     try:
-        return content.decode("utf-8-sig")
+        return content[skipped:].decode(encoding)
     except UnicodeDecodeError as error:
-        raise FormatError(f"{path}: is no UTF-8 text: byte {error.start} is not") from None
+        known = encoding[: len("utf-16")].upper()
+        raise FormatError(f"{path}: is no {known} text: byte {skipped + error.start} is not") from None
 
 
 def _too_long(error: ValueError) -> str:

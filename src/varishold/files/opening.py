@@ -13,7 +13,16 @@ from typing import BinaryIO
 
 from varishold.errors import FormatError, InputError, reason_of
 
-__all__ = ["LARGEST_BYTES", "encoding_notes", "head_lines", "open_file", "read_bytes", "text_chunks"]
+__all__ = [
+    "LARGEST_BYTES",
+    "PlainText",
+    "encoding_notes",
+    "encoding_of",
+    "head_lines",
+    "open_file",
+    "read_bytes",
+    "text_chunks",
+]
 
 #: Most bytes that are taken into memory at once, from a file or unpacked from one. A million frames of 16 x 16
 #: float64 are half of it; whoever has more stores NPY, which is mapped and not loaded.
@@ -148,7 +157,7 @@ def text_chunks(path: str | os.PathLike[str], *, block: int = _BLOCK) -> Iterato
         If the file is no text, or a line has more than 2 ** 24 characters.
     """
     with open_file(path) as file:
-        encoding, skipped = _encoding(file.read(_LONGEST_MARK))
+        encoding, skipped = encoding_of(file.read(_LONGEST_MARK))
         file.seek(skipped)
         decoder = codecs.getincrementaldecoder(encoding)(errors=_CP1252 if encoding == "utf-8" else "strict")
         line, rest = 1, ""
@@ -179,6 +188,45 @@ def text_chunks(path: str | os.PathLike[str], *, block: int = _BLOCK) -> Iterato
                 return
 
 
+class PlainText:
+    """Makes UTF-8 whose lines end in LF of a text that comes in pieces, encoded and ended as `text_chunks` takes it.
+
+    Bytes that are no UTF-8 stay as they are.
+
+    Examples
+    --------
+    >>> plain, came = PlainText(), "1 2\\r\\n3".encode("utf-16")
+    >>> b"".join(plain.feed(came[at : at + 1]) for at in range(len(came)))
+    b'1 2\\n3'
+    """
+
+    def __init__(self) -> None:
+        self._head: bytes | None = b""
+        self._decoder: codecs.IncrementalDecoder | None = None
+        self._after_cr = False
+
+    def feed(self, data: bytes) -> bytes:
+        """Return what the next bytes are; what a later one decides waits for it."""
+        if self._head is not None:
+            data = self._head + data
+            if any(mark.startswith(data) and mark != data for mark, _ in _MARKS):
+                self._head = data
+                return b""
+            self._head = None
+            encoding, skipped = encoding_of(data)
+            data = data[skipped:]
+            if encoding != "utf-8":
+                self._decoder = codecs.getincrementaldecoder(encoding)(errors="replace")
+        if self._decoder is not None:
+            data = self._decoder.decode(data).encode("utf-8", "replace")
+        if data:
+            # Of a CR LF the first half has ended the line.
+            ended = self._after_cr and data.startswith(b"\n")
+            self._after_cr = data.endswith(b"\r")
+            data = data[ended:].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+        return data
+
+
 def head_lines(head: bytes) -> list[str]:
     """Return the lines of a file's first bytes as `text_chunks` reads them; what is no text is replaced.
 
@@ -187,14 +235,14 @@ def head_lines(head: bytes) -> list[str]:
     >>> head_lines("a;b\\n1;2".encode("utf-16"))
     ['a;b', '1;2']
     """
-    encoding, skipped = _encoding(head)
+    encoding, skipped = encoding_of(head)
     return head[skipped:].decode(encoding, "replace").splitlines()
 
 
 def encoding_notes(path: str | os.PathLike[str]) -> tuple[str, ...]:
     """Return in words where a text is no UTF-8 and was read as cp1252 by `text_chunks`; empty where it is none."""
     with open_file(path) as file:
-        encoding, skipped = _encoding(file.read(_LONGEST_MARK))
+        encoding, skipped = encoding_of(file.read(_LONGEST_MARK))
         if encoding != "utf-8":
             return ()
         file.seek(skipped)
@@ -214,7 +262,7 @@ def encoding_notes(path: str | os.PathLike[str]) -> tuple[str, ...]:
                 return ()
 
 
-def _encoding(head: bytes) -> tuple[str, int]:
+def encoding_of(head: bytes) -> tuple[str, int]:
     """Return how a text is encoded, and how many bytes of it are the mark that says so."""
     return next(((name, len(mark)) for mark, name in _MARKS if head.startswith(mark)), ("utf-8", 0))
 

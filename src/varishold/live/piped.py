@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import codecs
 from collections.abc import Mapping
 from typing import Protocol
 
 import numpy as np
 
 from varishold.errors import InputError
+from varishold.files.opening import PlainText
 from varishold.live.address import Address
 from varishold.live.framed import FRAMING_OPTIONS, FramedBytes, framing_at
 from varishold.live.framing.text import numbers_of, shown_line, unlike_words
@@ -152,6 +152,7 @@ class Guessed:
         self._shape = address.shape()
         self._address = address
         self._by: Unpacking | None = None
+        self._plain = PlainText()
         self._first = b""
         self._passed, self._why = 0, ""
 
@@ -168,6 +169,9 @@ class Guessed:
         return self._why if self._by is None else self._by.damage or self._why
 
     def samples(self, data: bytes) -> list[Sample]:
+        return self._samples(self._plain.feed(data))
+
+    def _samples(self, data: bytes) -> list[Sample]:
         if self._by is None:
             self._first += data
             self._by = self._told()
@@ -178,15 +182,14 @@ class Guessed:
 
     def finish(self) -> list[Sample]:
         # A line of text that nothing ended is whole now.
-        found = self.samples(b"\n") if self._first else []
+        found = self._samples(b"\n") if self._first else []
         return found if self._by is None else [*found, *self._by.finish()]
 
     def _told(self) -> Unpacking | None:
         """Return what reads the first line that holds something, with which what is left begins; None before it."""
         lines = self._first.split(b"\n")
         for behind, line in enumerate(lines, 1):
-            # Programs of Windows mark the begin of a text.
-            line = line.lstrip().removeprefix(codecs.BOM_UTF8).lstrip()
+            line = line.lstrip()
             by = self._read_by(line, ended=behind < len(lines)) if line else None
             if by is not None:
                 self._first = b"\n".join([line, *lines[behind:]])
