@@ -33,7 +33,7 @@ def read_json(path: str | os.PathLike[str]) -> Any:
     InputError
         If the file cannot be opened.
     FormatError
-        If it is no UTF-8, or UTF-16 or UTF-32 with a byte order mark, or no JSON, repeats a key, or is nested too deeply.
+        If it is no UTF-8, or UTF-16 or UTF-32 with a byte order mark, no JSON, repeats a key, or is nested too deeply.
     """
     return parse_json(_text(path, _LARGEST_JSON), where=str(path))
 
