@@ -22,6 +22,7 @@ from varishold.cli.files import Reads, Writes
 from varishold.cli.recordings import recording_files
 from varishold.errors import InputError
 from varishold.files import KINDS, atomic_write, check_output, input_files, only_writer
+from varishold.perceive import shipped_library, write_library
 from varishold.recording import GraspTable, Pad, Recording, read_grasp_table, write, write_grasp_table
 from varishold.sensor import Sensor, map_files, write_sensor
 
@@ -277,12 +278,19 @@ def test_of_a_folder_recordings_are_read_and_what_was_made_of_them_is_left_out(
     write_sensor(Sensor(shape=(13, 15), gains=gain), folder / "mat.toml")
     assert run("learn", folder / "a.npz", "--label", "thing", "-o", folder / "things.npz")[0] == 0
     assert run("measure", folder / "a.npz", "-o", folder / "table.parquet", "--workers", 1)[0] == 0
+    write_library(shipped_library().only(["sphere", "box"]), folder / "felt.npz")
+    (folder / "grasps.csv").write_text(
+        "object,size_m,seed,step,held,attempts,finger_scale,switch.a\ncone,.1,0,5,1,1,1,0\n"
+    )
     status, said, told = run("info", "day")
     assert (status, said) == run("info", "day/a.npz")[:2]
-    for name in ("things.npz", "table.parquet", "mat.gains.csv"):
+    assert "and 1 more left out" in told
+    for name in ("felt.npz", "grasps.csv", "mat.gains.csv", "table.parquet"):
         assert f"day/{name}" in told
     assert "left out: no recordings, but what was made of them" in told
     assert run("info", "day/things.npz")[0] == 1
+    (folder / "table.parquet").unlink()
+    assert "day/things.npz" in run("info", "day")[2]
     (folder / "a.npz").unlink()
     assert "is a folder without a file to read" in run("info", "day")[2]
 

@@ -1,4 +1,4 @@
-"""What this program has made of recordings, and lies in a folder with them: models, tables, the maps of sensors."""
+"""What this program has made of recordings, and lies in a folder with them: models, tables, libraries, maps of sensors."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from varishold.files import each_once, head_lines, open_file
 __all__ = ["Others"]
 
 # Kinds of files, by `varishold.files.KINDS`, that are made of recordings and read as none.
-_MADE = ("model", "learned", "table")
+_MADE = ("model", "learned", "table", "library", "grasps")
 _MOST_TOLD = 4
 # So much of a text is looked at, and a line of numbers begins with one.
 _HEAD = 1 << 16
