@@ -52,6 +52,26 @@ def test_a_name_is_worth_nothing_more_where_one_example_alone_is_believed() -> N
     assert expected_information(sure, "tip") == 0.0
 
 
+def test_a_touch_that_is_made_again_where_the_object_lies_tells_nothing_more() -> None:
+    rng = np.random.default_rng(0)
+    both = {
+        name: [
+            [Evidence("grasp", {"a": rng.normal(at, 1)}), Evidence("tip", {"b": rng.normal(at, 2)})] for _ in range(9)
+        ]
+        for name, at in (("ball", 0.0), ("box", 1.0))
+    }
+    some = Perceiver(Library.from_examples(both), refuse=False)
+    some.feel(Evidence("grasp", {"a": 0.5}))
+    assert expected_information(some.belief, "grasp") == 0.0
+    assert expected_information(some.belief, "tip") > 0
+    # Whichever is named first.
+    assert some.next_touch(["grasp", "tip"]) == some.next_touch(["tip", "grasp"]) == some.next_touch(["tip"])
+    assert some.next_touch(["grasp"]) == ("grasp", 0.0)
+    # Elsewhere it errs anew.
+    some.moved()
+    assert expected_information(some.belief, "grasp") > 0
+
+
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("slipped", [0, 5])
 def test_the_worth_is_the_loss_of_entropy_over_outcomes_that_the_particles_stand_for(seed: int, slipped: int) -> None:
@@ -141,7 +161,7 @@ def belief_over(values: np.ndarray, owner: np.ndarray, log_weight: np.ndarray) -
         def __len__(self) -> int:
             return n
 
-    return SimpleNamespace(library=Of(), particles=particles)
+    return SimpleNamespace(library=Of(), particles=particles, here={})
 
 
 @pytest.mark.parametrize("own", [1.0, 0.6])

@@ -1,4 +1,4 @@
-"""What this program has made of recordings, and lies in a folder with them: models, tables, libraries, maps of sensors."""
+"""What this program has made of recordings, and lies in a folder with them: models, tables, libraries, maps."""
 
 from __future__ import annotations
 

@@ -71,7 +71,8 @@ def expected_information(belief: Belief, touch: str) -> float:
     Returns
     -------
     float
-        Nats: entropy of the name now less its expected entropy afterwards.
+        Nats: entropy of the name now less its expected entropy afterwards; 0 of a touch that was made where the object
+        lies, which errs again as it did.
 
     Raises
     ------
@@ -81,6 +82,8 @@ def expected_information(belief: Belief, touch: str) -> float:
     library = belief.library
     known = ", ".join(library.touches)
     require(touch in library.touches, f"the library knows no touch {touch!r}; it knows {known}")
+    if touch in belief.here:
+        return 0.0
     model = library.touches[touch]
     n_objects = len(library.objects)
     fails = np.exp(model.log_success(library.kind, failed=True)) if model.failed.any() else np.zeros(len(library))
