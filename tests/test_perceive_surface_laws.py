@@ -24,6 +24,7 @@ from varishold.perceive import (
     SurfaceContacts,
     SurfaceMesh,
     expected_information,
+    surface_points,
 )
 from varishold.perceive import distance_process as process_module
 from varishold.perceive import implicit_surface as surface_module
@@ -309,7 +310,7 @@ def test_places_are_looked_at_in_blocks_that_nobody_sees(monkeypatch: pytest.Mon
     ours = DistanceProcess(lump(6), np.arange(6), BALL, Straying(0.03, 0.006, 1.0))
     places = 0.05 * directions(9)
     mean, sigma = ours.mean(places), ours.sigma(places)
-    monkeypatch.setattr(process_module, "_BLOCK", 4)
+    monkeypatch.setattr(surface_points, "_BLOCK", 4)
     np.testing.assert_allclose(ours.mean(places), mean)
     np.testing.assert_allclose(ours.sigma(places), sigma)
     assert ours.mean(places[:0]).shape == ours.sigma(places[:0]).shape == (0,)
@@ -706,7 +707,7 @@ def test_expected_information_is_that_of_plain_sums(seed: int, fails: bool) -> N
     )
     particles = rng.dirichlet(np.full(n, 0.8))
     library = SimpleNamespace(touches={"grip": model}, owner=owner, kind=owner, objects=("a", "b", "c"))
-    belief: Any = SimpleNamespace(library=_Sized(library, n), particles=particles)
+    belief: Any = SimpleNamespace(library=_Sized(library, n), particles=particles, here={})
 
     of_name = [particles[owner == k].sum() for k in range(names)]
     lost = [float((particles * chance)[owner == k].sum()) for k in range(names)]

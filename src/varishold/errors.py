@@ -19,7 +19,10 @@ package can catch it. A message says what was got, where, and what would be righ
 
 from __future__ import annotations
 
+import errno
+
 __all__ = [
+    "FULL_DISK",
     "EndOfSourceError",
     "FormatError",
     "InputError",
@@ -34,6 +37,9 @@ __all__ = [
     "require_a",
 ]
 
+
+#: Numbers of the system's errors where a disk, or a person's share of it, is full.
+FULL_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 # Longer messages lose their middle: where it is stands at the start, what is wrong at the end.
 _LONGEST = 2000

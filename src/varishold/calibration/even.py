@@ -121,7 +121,7 @@ def calibrate_even(
         Finding(
             "gain_spread",
             float(np.std(gains[kept])),
-            _error_of_spread(gains[kept], spread[kept]),
+            _error_of_deviation(gains[kept], spread[kept]),
             f"how much the taxels' gains differ; each is known to {100 * np.median(spread[kept]):.2g} %, "
             f"{_as_far(found)}",
             share=True,
@@ -289,7 +289,7 @@ def _mean(beside: Floats, weight: Floats, usable: NDArray[np.bool_]) -> Floats:
     return mean / np.median(mean[usable])
 
 
-def _error_of_spread(gains: Floats, error: Floats) -> float:
+def _error_of_deviation(gains: Floats, error: Floats) -> float:
     """Return the standard error of the standard deviation of gains: from each one's, and from their median's."""
     deviation = float(np.std(gains))
     if deviation == 0.0:

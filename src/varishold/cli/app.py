@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import io
 import os
 import sys
@@ -14,7 +13,7 @@ from varishold import __version__
 from varishold._lazy import missing_extra
 from varishold.cli.command import Commands
 from varishold.cli.printing import printable
-from varishold.errors import VarisholdError, reason_of
+from varishold.errors import FULL_DISK, VarisholdError, reason_of
 
 app = Commands(
     "varishold",
@@ -22,9 +21,6 @@ app = Commands(
     help="Tactile pattern recognition: feel a surface, grip an object, say what it is, how sure, and why.",
 )
 click.version_option(__version__, message="varishold %(version)s", help="Print the version and leave.")(app)
-
-# Where these come from no file, what is printed has no place.
-_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 # One file a group: its register(app) adds its commands and imports nothing heavy before a command runs.
 COMMAND_GROUPS: tuple[str, ...] = (
@@ -82,8 +78,8 @@ def run() -> int:
         return _fail(f"not enough memory: {str(error) or 'ask for less at once'}")
     except OSError as error:
         _silence()
-        # What writes a file names it.
-        where = error.filename or ("standard output" if error.errno in _FULL else "")
+        # What writes a file names it: else what is printed has no place.
+        where = error.filename or ("standard output" if error.errno in FULL_DISK else "")
         where = f"{where}: " if where else ""
         return _fail(f"{where}{reason_of(error)}")
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from shutil import rmtree
 from typing import IO, Any, BinaryIO, Literal, TextIO, overload
 
-from varishold.errors import InputError, reason_of
+from varishold.errors import FULL_DISK, InputError, reason_of
 from varishold.files.locking import lock
 
 __all__ = [
@@ -30,7 +30,7 @@ __all__ = [
 _PREFIX, _ENDING = ".varishold-", ".part"
 
 # A full or failing disk shows inside the caller's own writes; every other OSError there is the caller's.
-_DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+_DISK_ERRORS = (*FULL_DISK, errno.EIO)
 
 
 @overload

@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.perceive.surface_points import blocks
+
 __all__ = ["DistanceBound", "cut_off", "depth_behind"]
 
 Floats = NDArray[np.float64]
-
-# Places that are looked at at once.
-_BLOCK = 2000
 
 # A normal that is so much wider than the interval it is cut to lies evenly there.
 _EVEN = 100.0
@@ -37,10 +36,9 @@ class DistanceBound:
         """Return how far places (k, 3) are from the nearest point, and the bound there; both (k,), metres."""
         from scipy.spatial.distance import cdist
 
-        away, most = np.empty(len(places)), np.empty(len(places))
-        for k in range(0, len(places), _BLOCK):
-            apart = cdist(places[k : k + _BLOCK], self._points)
-            away[k : k + _BLOCK], most[k : k + _BLOCK] = apart.min(axis=1), (apart + self._slack).min(axis=1)
+        apart = (cdist(part, self._points) for part in blocks(places))
+        parts = [(each.min(axis=1), (each + self._slack).min(axis=1)) for each in apart]
+        away, most = (np.concatenate(of) for of in zip(*parts, strict=True))
         return away, most
 
 
@@ -48,14 +46,13 @@ def depth_behind(places: Floats, points_m: Floats, normals: Floats) -> Floats:
     """Return how deep places (k, 3) lie inside of what was touched near them, 0 outside; (k,), metres."""
     from scipy.spatial.distance import cdist
 
-    reach, out = (points_m * normals).sum(axis=1), np.empty(len(places))
-    for k in range(0, len(places), _BLOCK):
-        part = places[k : k + _BLOCK]
+    reach, parts = (points_m * normals).sum(axis=1), []
+    for part in blocks(places):
         apart = np.maximum(cdist(part, points_m), _LEAST_M)
         counts = (apart.min(axis=1, keepdims=True) / apart) ** _NEARER
         deep = reach - part @ normals.T
-        out[k : k + _BLOCK] = (deep * counts).sum(axis=1) / counts.sum(axis=1)
-    return np.maximum(out, 0.0)
+        parts.append((deep * counts).sum(axis=1) / counts.sum(axis=1))
+    return np.maximum(np.concatenate(parts), 0.0)
 
 
 def cut_off(mean: Floats, sigma: Floats, most: Floats) -> tuple[Floats, Floats]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from varishold._lazy import missing_extra
 from varishold.perceive.plain_body import PlainBody, plain_bodies
-from varishold.perceive.surface_points import FEWEST, SurfaceContacts
+from varishold.perceive.surface_points import FEWEST, SurfaceContacts, blocks
 
 __all__ = ["DistanceProcess", "Straying", "likeliest_process"]
 
@@ -28,9 +28,6 @@ _CHOSEN_ON = 120
 # A free place that the surface would hold lies so far outside, half as much as a finger is thick on either side of its
 # middle, and the standard deviation of that. Metres.
 _FREE_M, _FREE_SIGMA_M = 0.004, 0.0005
-
-# Points that are looked at at once.
-_BLOCK = 2000
 
 
 @dataclass(frozen=True)
@@ -114,15 +111,15 @@ class DistanceProcess:
 
     def mean(self, places: Floats) -> Floats:
         """Signed distance at places."""
-        parts = [self._told(part) @ self._weight for part in _blocks(places)]
-        out: Floats = self.body.distance(places) + np.concatenate([*parts, np.zeros(0)])
+        parts = [self._told(part) @ self._weight for part in blocks(places)]
+        out: Floats = self.body.distance(places) + np.concatenate(parts)
         return out
 
     def sigma(self, places: Floats) -> Floats:
         """Its standard deviation, as the process has it."""
-        parts = [(self._solve(self._root, self._told(part).T, lower=True) ** 2).sum(axis=0) for part in _blocks(places)]
+        parts = [(self._solve(self._root, self._told(part).T, lower=True) ** 2).sum(axis=0) for part in blocks(places)]
         before = self.sigma_before(places) ** 2
-        out: Floats = np.sqrt(np.maximum(before - np.concatenate([*parts, np.zeros(0)]), 1e-12))
+        out: Floats = np.sqrt(np.maximum(before - np.concatenate(parts), 1e-12))
         return out
 
     def sigma_before(self, places: Floats) -> Floats:
@@ -167,10 +164,6 @@ def likeliest_process(contacts: SurfaceContacts, some: NDArray[np.int64], *, sta
         (DistanceProcess(contacts, few, *each) for each in product(bodies, shapes)), key=lambda each: each.evidence
     )
     return DistanceProcess(contacts, some, best.body, best.shape)
-
-
-def _blocks(places: Floats) -> list[Floats]:
-    return [places[k : k + _BLOCK] for k in range(0, len(places), _BLOCK)]
 
 
 def _spread_out(points: Floats, most: int) -> NDArray[np.int64]:

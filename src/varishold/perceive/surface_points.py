@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from varishold.errors import InputError, require
 from varishold.frame.checks import as_given
 
-__all__ = ["FEWEST", "MOST", "SurfaceContacts", "places_of"]
+__all__ = ["FEWEST", "MOST", "SurfaceContacts", "blocks", "places_of"]
 
 Floats = NDArray[np.float64]
 
@@ -19,6 +19,9 @@ FEWEST, MOST, MOST_FREE = 4, 1000, 2000
 
 # Nobody feels a thing that is farther away; what is has been given in millimetres. Metres.
 _REACH_M = 2.0
+
+# Places that are looked at at once.
+_BLOCK = 2000
 
 
 @dataclass(frozen=True)
@@ -87,6 +90,11 @@ def _numbers(given: ArrayLike, name: str) -> Floats:
     array = as_given(given, f"{name} must be numbers in an even array")
     require(array.dtype.kind in "iuf", f"{name} must be numbers in an even array, got {array.dtype}")
     return array.astype(np.float64)
+
+
+def blocks(places: Floats) -> list[Floats]:
+    """Return places (n, 3) in parts, so many of which are looked at at once; of none one part of none."""
+    return [places[k : k + _BLOCK] for k in range(0, len(places), _BLOCK)] or [places]
 
 
 def places_of(given: ArrayLike, name: str, *, far: bool = True) -> Floats:
