@@ -18,8 +18,8 @@ from varishold.errors import InputError
 from varishold.evaluation import evaluate, evaluate_model
 from varishold.evaluation.running import felt_presses
 from varishold.learning import PortableClassifier, labelled_presses, read_model, write_model
-from varishold.touch.course.measures import bear_nothing
 from varishold.touch.course.presses import as_presses
+from varishold.touch.course.unlike import bear_nothing
 
 SHAPE = (9, 10)
 Pairs = list[tuple[np.ndarray, np.ndarray]]

@@ -19,19 +19,17 @@ from varishold.learning.explanation import deciding_measures, nearest_landmark, 
 from varishold.learning.press_classifier import MOST_MEASURES, PressClassifier, equal_rows
 from varishold.learning.sources import FORMS_SHARE, Learned, learn, with_class
 from varishold.learning.training import COPIES, Training, copies_of, copies_told
+from varishold.touch.course.borne import least_load
 from varishold.touch.course.measures import (
     MeasureSettings,
-    bear_nothing,
     form_alone,
     learn_settings,
-    least_load,
-    made_up,
     measure_names,
     measure_presses,
-    of_another_clock,
     of_forms,
 )
 from varishold.touch.course.presses import Press, as_presses, is_flat, values_of, without_copies
+from varishold.touch.course.unlike import bear_nothing, made_up, of_another_clock
 
 __all__ = ["NUMBERS", "TOUCH", "TactileClassifier"]
 

@@ -52,7 +52,7 @@ def depth_behind(places: Floats, points_m: Floats, normals: Floats) -> Floats:
         counts = (apart.min(axis=1, keepdims=True) / apart) ** _NEARER
         deep = reach - part @ normals.T
         parts.append((deep * counts).sum(axis=1) / counts.sum(axis=1))
-    return np.maximum(np.concatenate(parts), 0.0)
+    return np.asarray(np.maximum(np.concatenate(parts), 0.0))
 
 
 def cut_off(mean: Floats, sigma: Floats, most: Floats) -> tuple[Floats, Floats]:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from varishold.errors import InputError
 from varishold.levelset import find_contacts_batch
 from varishold.levelset.joined import join_sections
+from varishold.touch.course.borne import filled_share, least_load
 from varishold.touch.course.held import held_frames, press_floor, some_presses
 from varishold.touch.course.image import image_names, image_shape, press_images
 from varishold.touch.course.loading import course_names, load_onsets, measured_course
@@ -24,14 +25,10 @@ from varishold.touch.course.presses import Press
 
 __all__ = [
     "MeasureSettings",
-    "bear_nothing",
     "form_alone",
     "learn_settings",
-    "least_load",
-    "made_up",
     "measure_names",
     "measure_presses",
-    "of_another_clock",
     "of_forms",
 ]
 
@@ -52,15 +49,8 @@ _AFTERWARDS = ("touched", "let_go", "dwell", "fall_time", "hysteresis")
 _PLACES = ("x_at", "y_at", "moved", "rows", "columns")
 # A pad is touched where it bears this share of the whole load.
 _TOUCHED = 0.02
-# What bears less than this share of the least load that was learned bears next to nothing.
-_NOTHING = 0.1
-# Where by so much more of the load stands on broken taxels than was usual in learning, the form is made up in part.
-_MADE_UP = 0.02
 # What was so in all training presses but this share of them was usual.
 _UNUSUAL = 0.1
-# What takes so many times as long as is usual, or so much less, and is so many standard deviations off, is of another
-# clock, or no such press.
-_OTHER_CLOCK, _OTHER_SIGMAS = 10.0, 4.0
 _SHAPE = ("area", "perimeter", "spread_x", "spread_y", "covariance", "length", "breadth")
 _PLACE = ("x", "y")
 # Numbers of a pad's shapes and places, and of all of a pad but its image and the detail of its course.
@@ -128,69 +118,8 @@ def learn_settings(presses: Sequence[Press], *, position: bool, absolute: bool) 
     loads = np.array([course.loads[-1].sum() for course in courses])
     rise = float(np.median(rises[rises > 0])) if (rises > 0).any() else 1.0
     load = float(np.median(loads[loads > 0])) if (loads > 0).any() else 1.0
-    filled = float(np.quantile([_filled_share(press, floor) for press in presses], 1 - _UNUSUAL))
+    filled = float(np.quantile([filled_share(press, floor) for press in presses], 1 - _UNUSUAL))
     return MeasureSettings(names, floor, rise, clock, load, position, absolute, least_load(presses, floor), filled)
-
-
-def least_load(presses: Sequence[Press], floor: float) -> float:
-    """Return the largest load of the press that bears least above a floor."""
-    return min(_largest_load(press, floor) for press in presses)
-
-
-def bear_nothing(presses: Sequence[Press], settings: MeasureSettings) -> NDArray[np.bool_]:
-    """Tell which presses bear next to nothing beside any that was learned, shape (n_presses,).
-
-    What little there is has some form, though it may be noise. A press without one of the pads is none of these: the
-    others may bear little.
-    """
-    least = _NOTHING * settings.least_load
-    whole = settings.shapes.keys()
-    return np.array([press.pads.keys() >= whole and _largest_load(press, settings.floor) < least for press in presses])
-
-
-def made_up(presses: Sequence[Press], settings: MeasureSettings) -> NDArray[np.bool_]:
-    """Tell of which presses more of the load stands on broken taxels than was usual in learning, shape (n_presses,).
-
-    What these would read is drawn from the taxels around them: part of the form is not felt.
-    """
-    most = settings.filled + _MADE_UP
-    return np.array([_filled_share(press, settings.floor) > most for press in presses])
-
-
-def of_another_clock(measures: Floats, shift: Floats, scale: Floats, drift: Floats | float = 0.0) -> NDArray[np.bool_]:
-    """Tell which presses take ten times as long to their largest load as those learned usually did, or a tenth.
-
-    Shape (n_presses,). None is where presses that were learned took such times too, and so scatter as far.
-
-    Parameters
-    ----------
-    measures : ndarray of shape (n_presses, n_measures), float64
-        As `measure_presses` gives them.
-    shift, scale : ndarray of shape (n_measures,), float64
-        The mean of what was learned, and one over its standard deviation; 0 where that is 0.
-    drift : ndarray of shape (n_measures,), float64, optional
-        By how many standard deviations measures are known to have shifted since.
-    """
-    whole = len(LOADS) - 2
-    spread = 1.0 / scale[whole] if scale[whole] > 0 else 0.0
-    by = measures[:, whole] - shift[whole] - spread * np.broadcast_to(drift, shift.shape)[whole]
-    return np.asarray(np.abs(by) > max(math.log(_OTHER_CLOCK), _OTHER_SIGMAS * spread))
-
-
-def _largest_load(press: Press, floor: float) -> float:
-    loads = [np.maximum(frames - floor, 0.0).sum(axis=(1, 2)) for frames in press.pads.values()]
-    return float(np.sum(loads, axis=0).max())
-
-
-def _filled_share(press: Press, floor: float) -> float:
-    """Return how much of the largest load stands on broken taxels."""
-    if not press.filled:
-        return 0.0
-    above = {name: np.maximum(frames - floor, 0.0) for name, frames in press.pads.items()}
-    loads = np.sum([of.sum(axis=(1, 2)) for of in above.values()], axis=0)
-    top = int(np.argmax(loads))
-    filled = sum(float(above[name][top][broken].sum()) for name, broken in press.filled.items())
-    return min(filled / float(loads[top]), 1.0) if loads[top] > 0 else 0.0
 
 
 def measure_presses(presses: Sequence[Press], settings: MeasureSettings) -> Floats:
