@@ -161,10 +161,15 @@ def test_a_library_that_was_felt_is_not_replaced_unasked(run: Any, folder: Path,
     before = (folder / "felt.npz").read_bytes()
     status, _, told = run("objects", *words, "-o", "felt.npz")
     assert status == 1
-    assert "felt.npz: is there, and is no file that may be replaced unasked" in told
+    own = {"taxels": "library that objects taxels made", "feel": "file that may be replaced unasked"}[words[0]]
+    assert f"felt.npz: is there, and is no {own}" in told
     assert "(--force)" in told
     assert (folder / "felt.npz").read_bytes() == before
-    assert "Replace a file that is there." in run("objects", words[0], "--help")[1]
+
+
+def test_what_may_be_replaced_by_force_is_said_by_help(run: Any) -> None:
+    assert "Replace a file that is there." in run("objects", "feel", "--help")[1]
+    assert "Replace a file that this command did not make." in run("objects", "taxels", "--help")[1]
 
 
 def test_an_export_is_never_its_model_and_keeps_what_is_foreign(run: Any, folder: Path) -> None:

@@ -200,7 +200,7 @@ def taxels(
             metavar="KIND=SHARE,...",
         ),
     ],
-    output: Annotated[Path, Option("The library to write (NPZ).", short="-o"), Writes("measurement", ending=".npz")],
+    output: Annotated[Path, Option("The library to write (NPZ).", short="-o"), Writes("taxel library", ending=".npz")],
     library: _KNOWN = None,
     seed: Annotated[int, Option("The same seed gives the same library.", min=0)] = 0,
     json: Annotated[bool, Option("Print one JSON object.")] = False,
@@ -217,7 +217,7 @@ def taxels(
         felt.hand is None, f"{library}: was felt by another hand; what taxels do is known of the built-in one's pads"
     )
     known = felt_by(of, felt, seed=seed)
-    write_library(known, output)
+    write_library(known, output, kind="taxel library")
     if json:
         told = {name.replace("_", "-"): value for name, value in asdict(of).items() if value}
         print_json({"library": str(output), "objects": len(known.objects), "taxels": told, "seed": seed})

@@ -69,7 +69,11 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
             rb"|\x89MCAP0\r\n\x01.{12}ros2.{4}varishold |(MATLAB 7.3.*)?\x89HDF\r\n.*varishold"
             rb"|PAR1.*varishold recording",
         ),
-        "library": Kind("library of objects", rb"PK.*varishold library$|PK.{28}owner\.npy.*varishold recording$"),
+        "library": Kind(
+            "library of objects", rb"PK.*varishold (taxel )?library$|PK.{28}owner\.npy.*varishold recording$"
+        ),
+        # It is soon made again of another.
+        "taxel library": Kind("library that objects taxels made", rb"PK.*varishold taxel library$"),
         "table": Kind("table of this program", rb"PAR1.*varishold table"),
         "measurement": Kind("file that may be replaced unasked", None),
         "surface": Kind("surface of this program", rb"varishold surface,"),

@@ -47,7 +47,7 @@ _DAMAGE = (
 )
 
 
-def write_library(library: Library, path: str | os.PathLike[str]) -> None:
+def write_library(library: Library, path: str | os.PathLike[str], *, kind: str = "library") -> None:
     """Write a library.
 
     Parameters
@@ -55,6 +55,8 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
     library : Library
     path : str or path-like
         NPZ; a file that is there is replaced only when the new one is complete.
+    kind : {"library", "taxel library"}
+        By which a command knows its own files again: the second is soon made again of another library.
     """
     require_a(Library, library, "library", "made by from_examples or read_library")
     touches = list(library.touches)
@@ -98,7 +100,7 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
         if size is not None:
             arrays |= {f"{k}.line": size.line, f"{k}.size_scale": size.scale, f"{k}.size_off": size.off}
     arrays["head"] = np.array(json.dumps(head))
-    write_archive(arrays, path, kind="library")
+    write_archive(arrays, path, kind=kind)
 
 
 def _narrow(values: NDArray[np.float64]) -> NDArray[Any]:
