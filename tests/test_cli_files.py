@@ -293,7 +293,8 @@ def test_of_a_folder_recordings_are_read_and_what_was_made_of_them_is_left_out(
     for name in ("felt.npz", "grasps.csv", "mat.gains.csv", "table.parquet"):
         assert f"day/{name}" in told
     assert "left out: no recordings, but what was made of them" in told
-    assert run("info", "day/things.npz")[0] == 1
+    for name, what in (("things.npz", "learned model of this program"), ("table.parquet", "table of this program")):
+        assert run("info", f"day/{name}")[2] == f"varishold: day/{name}: is a {what}, and no recording\n"
     (folder / "table.parquet").unlink()
     assert "day/things.npz" in run("info", "day")[2]
     (folder / "a.npz").unlink()

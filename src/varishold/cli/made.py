@@ -10,11 +10,10 @@ from pathlib import Path
 from varishold.cli.printing import tell
 from varishold.errors import InputError
 from varishold.files import each_once, head_lines, open_file
+from varishold.files.outputs import kind_made
 
 __all__ = ["Others"]
 
-# Kinds of files, by `varishold.files.KINDS`, that are made of recordings and read as none.
-_MADE = ("model", "learned", "table", "library", "grasps")
 _MOST_TOLD = 4
 # So much of a text is looked at, and a line of numbers begins with one.
 _HEAD = 1 << 16
@@ -33,7 +32,7 @@ class Others:
     def is_recording(self, path: Path) -> bool:
         """Tell of a file in a folder whether it may be a recording; what is none is kept in mind."""
         try:
-            made = path in self._maps(path.parent) or _is_made(path)
+            made = path in self._maps(path.parent) or kind_made(path) is not None
         except (InputError, OSError):
             # Whoever reads it tells why it cannot be.
             made = False
@@ -70,12 +69,6 @@ def _maps_in(folder: Path) -> frozenset[Path]:
     from varishold.sensor import named_files
 
     return frozenset(file for each in folder.glob("*.toml") for file in named_files(each))
-
-
-def _is_made(path: Path) -> bool:
-    from varishold.files import KINDS
-
-    return path.stat().st_size > 0 and any(KINDS[kind].recognizes(path) for kind in _MADE)
 
 
 def _is_prose(path: Path) -> bool:

@@ -14,7 +14,7 @@ from varishold.errors import InputError
 from varishold.files.opening import open_file
 from varishold.files.writing import cannot_write, no_folder, try_to_write
 
-__all__ = ["KINDS", "Kind", "check_output"]
+__all__ = ["KINDS", "Kind", "check_output", "kind_made"]
 
 # Bytes at a file's start and end in which a mark stands; a PDF has it before its table of objects.
 _HEAD, _TAIL = 4096, 8192
@@ -80,6 +80,21 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         "sensor": Kind("sensor file of this program", rb"#[^\n]*varishold\."),
     }
 )
+
+
+# Kinds of files that are made of recordings, and are none.
+_MADE = ("page", "model", "learned", "table", "library", "grasps")
+
+
+def kind_made(path: str | os.PathLike[str]) -> Kind | None:
+    """Return which kind of file that the program made of recordings, and that is none, a file is.
+
+    Raises
+    ------
+    InputError
+        If it cannot be opened.
+    """
+    return next((KINDS[kind] for kind in _MADE if os.path.getsize(path) and KINDS[kind].recognizes(path)), None)
 
 
 def check_output(

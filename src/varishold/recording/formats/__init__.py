@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from varishold.errors import FormatError, InputError, reason_of, require_a
 from varishold.files import open_file
+from varishold.files.outputs import kind_made
 from varishold.frame import as_pitch
 from varishold.recording.formats.format import Format, Options, read_by
 from varishold.recording.formats.npz import write as write_npz
@@ -186,6 +187,9 @@ def format_of(path: str | os.PathLike[str]) -> Format:
     for start, advice in _WRAPPED.items():
         if head.startswith(start):
             raise FormatError(f"{file}: {advice}")
+    made = kind_made(file) if file.name != "-" else None
+    if made is not None:
+        raise FormatError(f"{file}: is a {made.title}, and no recording")
     promised = FORMATS.get(_PROMISED.get(file.suffix.lower(), ""))
     if promised is not None and not promised.recognizes(file, head):
         raise FormatError(f"{file}: does not start like {promised.title}; is it damaged, or something else?")
