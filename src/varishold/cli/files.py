@@ -17,7 +17,7 @@ from varishold.errors import FormatError, InputError
 __all__ = ["Reads", "Writes", "adds_force", "force_said", "guarded", "signature_of", "with_option"]
 
 # Kinds of what is read that name files, whatever they are.
-_FILES = ("file", "recordings", "bare recordings", "tables")
+_FILES = ("file", "recordings", "bare recordings", "tables", "hand", "feeling hand")
 
 
 @dataclass(frozen=True)
