@@ -144,6 +144,8 @@ def test_remarks_tell_how_it_was_done() -> None:
     assert two.remarks[1].startswith("there are 2 groups only: no interval over groups can be given (3 are needed)")
     assert two.unheard is not None
     assert two.unheard.things == ("x", "y")
+    twice = plainly(X=[*presses, presses[0]], y=[*labels, labels[0]], groups=[*groups, groups[0]], shots=())
+    assert twice.remarks[-1].startswith("1 press is a copy of others beside them, with identical frames: each counts")
     assert interval_remarks(np.array(list("abc"))) == []
     assert interval_remarks(np.array(list("aaa")))[0].startswith("there is 1 group only: ")
     assert interval_remarks(None)[0].startswith("no groups are given: ")

@@ -33,7 +33,7 @@ from varishold.learning import PressClassifier, TactileClassifier
 from varishold.learning.checks import plain_names
 from varishold.learning.training import named_alike, named_otherwise
 from varishold.touch.course.one_sensor import of_one_sensor
-from varishold.touch.course.presses import Press, as_presses, flat_presses, is_flat
+from varishold.touch.course.presses import Press, as_presses, first_of_same, flat_presses, is_flat
 from varishold.trust import first_without_name
 
 __all__ = ["evaluate", "felt_presses", "interval_remarks"]
@@ -132,7 +132,11 @@ def evaluate(
     remarks = [*_split_remarks(felt, split), *interval_remarks(felt.groups)]
     if left_out is not None and not left_out.classes:
         remarks.append("there are too few things to leave one out of learning: no strangers were tried")
-    remarks += [*named_otherwise(felt.presses, felt.classes[felt.codes]), *named_alike(felt.classes)]
+    remarks += [
+        *_copies_remarks(felt.presses, split),
+        *named_otherwise(felt.presses, felt.classes[felt.codes]),
+        *named_alike(felt.classes),
+    ]
     return Evaluation(
         tested="learned here",
         n_presses=len(felt.codes),
@@ -290,3 +294,16 @@ def _split_remarks(felt: Felt, split: Split) -> list[str]:
             f"counted as strangers and not as errors: {names}"
         )
     return remarks
+
+
+def _copies_remarks(presses: Sequence[Press], split: Split) -> list[str]:
+    """Tell of presses that are there more than once on one side; those on both sides are a leak."""
+    first = first_of_same(presses)
+    copies = int(((first != np.arange(len(first))) & (split.fold[first] == split.fold)).sum())
+    if not copies:
+        return []
+    what = counted(copies, "press is a copy", "presses are copies")
+    return [
+        f"{what} of others beside them, with identical frames: each counts as one more, and intervals over presses are "
+        "too narrow; leave the copies out"
+    ]
