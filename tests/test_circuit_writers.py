@@ -7,6 +7,7 @@ import resource
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -272,14 +273,24 @@ def test_hostile_names_stay_names_in_verilog(tmp_path: Path) -> None:
         scores=tuple(Score([(0, k)] if k else []) for k in range(len(HOSTILE))),
         classes=tuple(HOSTILE),
     )
-    for k, name in enumerate(["module", "2", "a;b", "手"]):
+    for k, name in enumerate(["module", "logic", "Program", "2", "a;b", "手"]):
         folder = tmp_path / str(k)
         folder.mkdir()
         files = verilog_files(netlist, name, vectors=64)
         _write(files, folder)
         sources = [file for file in files if file.endswith(".v")]
-        _run(["iverilog", "-g2001", "-o", "bench", *sources], folder)
-        assert _run(["vvp", "-n", "bench"], folder) == "PASS 64\n"
+        for language in ("-g2001", "-g2012"):
+            _run(["iverilog", language, "-o", "bench", *sources], folder)
+            assert _run(["vvp", "-n", "bench"], folder) == "PASS 64\n"
+
+
+@pytest.mark.parametrize("writer", [c99_files, verilog_files])
+@pytest.mark.parametrize("ending", ["test", "tb", "registered"])
+def test_two_circuits_in_one_folder_leave_each_other_whole(writer: Callable[..., dict[str, str]], ending: str) -> None:
+    netlist = random_netlist(0, 3)
+    one, other = writer(netlist, "hand"), writer(netlist, f"hand_{ending}")
+    assert not one.keys() & other.keys()
+    assert not {f"module hand_{ending} (", f"module hand_{ending};"} & {*"\n".join(other.values()).splitlines()}
 
 
 @given(st.text(max_size=30))

@@ -8,24 +8,32 @@ from typing import Final
 
 __all__ = ["c_string", "comment", "comments", "identifier", "taken_by"]
 
-# Of C99, C++ and Verilog-2005, lower case; a module may be included from any of them.
+# Of C99, C++ and SystemVerilog, lower case: a module may be included from any of them, and Verilog be read as the last.
 _KEYWORDS: Final = frozenset(
     """
-    alignas alignof always and and_eq asm assign auto automatic begin bitand bitor bool break buf bufif0
-    bufif1 case casex casez catch cell char class cmos compl concept config const constexpr continue
-    deassign decltype default defparam delete design disable do double edge else end endcase endconfig
-    endfunction endgenerate endmodule endprimitive endspecify endtable endtask enum event explicit export
-    extern false float for force forever fork friend function generate genvar goto highz0 highz1 if ifnone
-    incdir include initial inline inout input instance int integer join large liblist library localparam
-    long macromodule main medium module mutable namespace nand negedge new nmos noexcept nor
-    noshowcancelled not not_eq notif0 notif1 nullptr operator or or_eq output parameter pmos posedge
-    primitive private protected public pull0 pull1 pulldown pullup pulsestyle_onevent
-    pulsestyle_ondetect rcmos real realtime reg register release repeat requires restrict return rnmos
-    rpmos rtran rtranif0 rtranif1 scalared short showcancelled signed sizeof small specify specparam
-    static static_assert strong0 strong1 struct supply0 supply1 switch table task template this
-    thread_local throw time tran tranif0 tranif1 tri tri0 tri1 triand trior trireg true try typedef
-    typeid typename union unsigned use uwire using vectored virtual void volatile wait wand wchar_t weak0
-    weak1 while wire wor xnor xor xor_eq
+    accept_on alias alignas alignof always always_comb always_ff always_latch and and_eq asm assert assign
+    assume auto automatic before begin bind bins binsof bit bitand bitor bool break buf bufif0 bufif1 byte
+    case casex casez catch cell chandle char checker class clocking cmos compl concept config const
+    constexpr constraint context continue cover covergroup coverpoint cross deassign decltype default
+    defparam delete design disable dist do double edge else end endcase endchecker endclass endclocking
+    endconfig endfunction endgenerate endgroup endinterface endmodule endpackage endprimitive endprogram
+    endproperty endsequence endspecify endtable endtask enum event eventually expect explicit export extends
+    extern false final first_match float for force foreach forever fork forkjoin friend function generate
+    genvar global goto highz0 highz1 if iff ifnone ignore_bins illegal_bins implements implies import incdir
+    include initial inline inout input inside instance int integer interconnect interface intersect join
+    join_any join_none large let liblist library local localparam logic long longint macromodule main
+    matches medium modport module mutable namespace nand negedge nettype new nexttime nmos noexcept nor
+    noshowcancelled not not_eq notif0 notif1 null nullptr operator or or_eq output package packed parameter
+    pmos posedge primitive priority private program property protected public pull0 pull1 pulldown pullup
+    pulsestyle_ondetect pulsestyle_onevent pure rand randc randcase randsequence rcmos real realtime ref reg
+    register reject_on release repeat requires restrict return rnmos rpmos rtran rtranif0 rtranif1 s_always
+    s_eventually s_nexttime s_until s_until_with scalared sequence short shortint shortreal showcancelled
+    signed sizeof small soft solve specify specparam static static_assert std string strong strong0 strong1
+    struct super supply0 supply1 switch sync_accept_on sync_reject_on table tagged task template this
+    thread_local throughout throw time timeprecision timeunit tran tranif0 tranif1 tri tri0 tri1 triand
+    trior trireg true try type typedef typeid typename union unique unique0 unsigned until until_with
+    untyped use using uwire var vectored virtual void volatile wait wait_order wand wchar_t weak weak0 weak1
+    while wildcard wire with within wor xnor xor xor_eq
     """.split()  # noqa: SIM905
 )
 # Headers of C99 and C11, and those of a system that they include, or that are found as these are: a file of such a name
@@ -40,6 +48,8 @@ _HEADERS: Final = frozenset(
     ulimit unistd utime utmpx wait wchar wctype wordexp
     """.split()  # noqa: SIM905
 )
+# How the names end that a circuit's own test, bench and second module have beside it.
+_BESIDE: Final = ("_test", "_tb", "_registered")
 _LONGEST: Final = 48
 _PLAIN: Final = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789 _-.,:+=<>()[]")
 
@@ -71,12 +81,14 @@ def taken_by(name: str, *, header: bool = False) -> str:
 
     Examples
     --------
-    >>> taken_by("Int"), taken_by("math", header=True), taken_by("math"), taken_by("cup")
-    ('a word of C, C++ or Verilog', 'a header of C', '', '')
+    >>> taken_by("Int"), taken_by("math", header=True), taken_by("math"), taken_by("cup_test")
+    ('a word of C, C++ or Verilog', 'a header of C', '', 'the test of another circuit')
     """
     text = _plain(name)
     if text in _KEYWORDS:
         return "a word of C, C++ or Verilog"
+    if text.endswith(_BESIDE):
+        return "the test of another circuit"
     return "a header of C" if header and text in _HEADERS else ""
 
 
