@@ -237,6 +237,8 @@ def test_a_model_answers_unknown_cells_and_its_file_keeps_all(tmp_path: Path) ->
     assert answers[1].outside == ("force_n.f2",)
     assert answers[2].outside == model.columns
     assert answers[2].probability == pytest.approx(0.5)
+    assert answers[2].rejected, "nothing is known of it"
+    assert not answers[0].rejected
     write_model(model, tmp_path / "model.json")
     assert list(read_model(tmp_path / "model.json").answer(table_of(holes, kind[:6]))) == answers
 

@@ -26,7 +26,7 @@ class GraspAnswer:
     p_value : float
         How rare it is that a grasp of something known is as strange.
     rejected : bool
-        Whether it looks like no object that was learned.
+        Whether it looks like no object that was learned, or nothing is known of it.
     outside : tuple of str
         Columns that are unknown, or whose number lies beyond all that was learned.
     why : tuple of str
