@@ -23,7 +23,7 @@ collecting = importlib.import_module("varishold.hand.collect")
 
 def _row(job: Job, number: int, held: bool) -> dict[str, Any]:
     row: dict[str, Any] = {"object": job.name, "size_m": job.size_m, "seed": job.seed, "step": number, "held": held}
-    row |= {"attempts": 1, "finger_scale": 1.0, "searched": 0, "still": 0}
+    row |= {"attempts": 1, "finger_scale": 1.0, "searched": 0, "still": 0, "hand": "five-finger"}
     return row | {f"switch.{name}": held for name in PAPER_22.names} | {"angle_rad.x": 0.1, "force_n.y": 0.2}
 
 
@@ -121,6 +121,11 @@ def test_what_cannot_be_carried_on_is_told(
         collect_grasps(JOBS[:3], path, processes=1)
 
 
+def test_a_seed_that_no_table_keeps_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="seed must be at most 9007199254740992 in a table, got 9007199254740993"):
+        collect_grasps([JOBS[0], Job("cylinder", 0.08, 2**53 + 1)], tmp_path / "t.csv")
+
+
 def test_lines_of_another_collection_are_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     Made(monkeypatch)
     path = tmp_path / "t.csv"
@@ -130,6 +135,11 @@ def test_lines_of_another_collection_are_named(monkeypatch: pytest.MonkeyPatch, 
     scaled = replace(HandSetting(), design=DESIGN.scaled(1.1))
     with pytest.raises(InputError, match=r"another finger_scale than 1\.1 \(line 2\)"):
         collect_grasps(JOBS[:3], path, setting=scaled, processes=1)
+    lines = path.read_text()
+    path.write_text(lines.replace("five-finger", "five-finger@abc", 1))
+    with pytest.raises(InputError, match=r"another hand than five-finger \(line 2\)"):
+        collect_grasps(JOBS[:3], path, processes=1)
+    path.write_text(lines)
     # An early end at whatever step is carried on: those of step 0 and of fewer steps are held by no hand.
     text = path.read_text().splitlines()
     head = text[0].split(",")

@@ -17,13 +17,16 @@ from varishold.hand.grasping import HandSetting, grasp
 from varishold.hand.hand import FIVE_STEPS
 from varishold.hand.model import require_mujoco
 from varishold.hand.objects import graspable
-from varishold.hand.rows import Row, grasp_rows, grasp_table, require_layout
+from varishold.hand.rows import Row, grasp_rows, grasp_table, made_with, require_layout
 from varishold.recording import GraspTable, read_grasp_table, write_grasp_table
+from varishold.recording.grasp_table import cell_text
 
 __all__ = ["Job", "collect", "run_jobs"]
 
 #: The table on disk is renewed so often while grasps come in. Seconds.
 _SAVE_S = 10.0
+#: Its numbers are doubles, of which larger ones are not all whole numbers.
+_LARGEST_SEED = 1 << 53
 
 
 @dataclass(frozen=True)
@@ -137,6 +140,8 @@ def collect(
         graspable(name, size_m, setting.design.sizes_m)
     if any(job.seed < 0 for job in wanted):
         raise InputError(f"seed must be a whole number from 0 on, got {min(job.seed for job in wanted)}")
+    if any(job.seed > _LARGEST_SEED for job in wanted):
+        raise InputError(f"seed must be at most {_LARGEST_SEED} in a table, got {max(job.seed for job in wanted)}")
     can = setting.design.steps
     if not steps or not set(steps) <= set(can):
         known = "1 .. 5" if len(can) == len(FIVE_STEPS) else ", ".join(map(str, can))
@@ -186,11 +191,7 @@ def _already(path: Path, setting: HandSetting, steps: tuple[int, ...]) -> dict[J
     """Rows of a table that an earlier run left, by job."""
     table = read_grasp_table(path)
     require_layout(table, setting.layout)
-    same = {
-        "finger_scale": setting.design.finger_scale,
-        "searched": float(setting.search),
-        "still": float(setting.still),
-    }
+    same = made_with(setting)
     for column in ("object", "size_m", "seed", "step", "held", *same):
         if column not in table.columns:
             raise InputError(
@@ -200,7 +201,7 @@ def _already(path: Path, setting: HandSetting, steps: tuple[int, ...]) -> dict[J
         other = np.flatnonzero(table.cells[column] != value)
         if other.size:
             raise InputError(
-                f"{path}: was collected with another {column} than {value:g} "
+                f"{path}: was collected with another {column} than {cell_text(value)} "
                 f"(line {table.first_line + int(other[0])}); name another file for the output"
             )
     for column in ("size_m", "seed", "step"):

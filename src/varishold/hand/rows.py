@@ -16,7 +16,7 @@ from varishold.hand.layouts import Layout
 from varishold.hand.model import CARRIAGE
 from varishold.recording import GraspTable, Pad, Recording
 
-__all__ = ["Row", "grasp_rows", "grasp_table", "grasp_to_dicts", "pads_recording", "require_layout"]
+__all__ = ["Row", "grasp_rows", "grasp_table", "grasp_to_dicts", "made_with", "pads_recording", "require_layout"]
 
 Row = dict[str, Any]
 
@@ -46,9 +46,7 @@ def grasp_rows(done: Grasp, setting: HandSetting, *, steps: Sequence[int] = (5,)
             "step": step.number,
             "held": step.held,
             "attempts": len(done.attempts),
-            "finger_scale": setting.design.finger_scale,
-            "searched": int(setting.search),
-            "still": int(setting.still),
+            **made_with(setting),
         }
         sensed = step.sensed
         names = setting.layout.names
@@ -57,6 +55,16 @@ def grasp_rows(done: Grasp, setting: HandSetting, *, steps: Sequence[int] = (5,)
         row |= {f"force_n.{name}": float(f) for name, f in zip(names, sensed.forces_n, strict=True)}
         rows.append(row)
     return rows
+
+
+def made_with(setting: HandSetting) -> Row:
+    """Return what the rows of a table say of how they were made; all of one table say the same."""
+    return {
+        "finger_scale": setting.design.finger_scale,
+        "searched": int(setting.search),
+        "still": int(setting.still),
+        "hand": setting.design.identity,
+    }
 
 
 def grasp_table(rows: Sequence[Row], *, source: str = "table") -> GraspTable:
