@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,8 @@ import pytest
 from sklearn.exceptions import NotFittedError
 
 from varishold import HyperplaneClassifier, InputError, Pad, Recording, ThresholdEncoder, find_contacts, recognize
+from varishold.circuit import Comparator, Hyperplane, Netlist, PackedEvaluator, Score, Term, evaluate, minimize
+from varishold.circuit.writers import c99_files, verilog_files
 from varishold.grasp import fit_model
 from varishold.perceive import grip_size, switch_values
 from varishold.recording import GraspTable
@@ -22,6 +25,10 @@ FRAMES = np.random.default_rng(0).normal(0, 0.1, (3, 8, 8)) + np.pad(np.ones((1,
 MANY = np.ones((3, 3))
 SWITCHES = np.eye(6, dtype=np.bool_)
 OBJECTS = np.array(list("abcabc"))
+GATE = Netlist(
+    ("a", "b"), (), (Hyperplane([(0, 1), (1, 1)], 1),), (Term([(0, 1)]),), (Score([]), Score([(0, 1)])), ("no", "yes")
+)
+COUNTED = replace(GATE, comparators=(Comparator(0, 3), Comparator(1, 5)))
 
 
 def table(**cells: Any) -> GraspTable:
@@ -51,6 +58,22 @@ def classifier(**options: Any) -> HyperplaneClassifier:
         (lambda: fit_model(table(), label=MANY), "label must be the name of a column"),
         (lambda: fit_model(table(), label="what", group=3), "group must be the name of a column, got 3"),
         (lambda: fit_model(table(), label="what", seed=-1), "random_state must be a whole number from 0 on, got -1"),
+        (lambda: evaluate(GATE, [[1, 0], [1]]), "X must have shape .n_grasps, 2., one column a channel, got rows of"),
+        (
+            lambda: evaluate(GATE, np.ma.array([[1, 0]], mask=[[1, 0]])),
+            "one column a channel, got some that are masked",
+        ),
+        (lambda: minimize([[1, 0], [1]], [[0, 0]]), "on must have shape .n_patterns, n_variables., got rows of"),
+        (
+            lambda: PackedEvaluator(GATE).pack([[1, 0], [1]]),
+            "switches must have shape .n_grasps, n_switches., got rows",
+        ),
+        (lambda: PackedEvaluator(COUNTED).pack(3), "X must have shape .n_grasps, 2., one column a channel, got ()"),
+        (lambda: PackedEvaluator(GATE).predict([[1, 0]]), "grasps must be a PackedGrasps, as pack.X. gives them, got"),
+        (lambda: Hyperplane.between([1, 0], [1]), "two patterns must be 0 and 1, of one length, got .1, 0. and .1."),
+        (lambda: Hyperplane.between("10", "01"), "two patterns must be 0 and 1, of one length, got '10' and '01'"),
+        (lambda: verilog_files(COUNTED, count_bits=33), "count_bits must be a whole number from 1 to 32, got 33"),
+        (lambda: c99_files(GATE, vectors=0), "vectors must be a whole number from 1 on, got 0"),
         (lambda: classifier(mode=MANY), "mode must be auto, paper, robust, vote, got"),
         (lambda: classifier(flip_rate="x"), "flip_rate must be at least 0 and below 0.5, got 'x'"),
         (lambda: classifier(error=None), "error must lie between 0 and 1, got None"),

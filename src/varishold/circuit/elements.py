@@ -76,7 +76,7 @@ class Hyperplane:
         Parameters
         ----------
         first, second : sequence of int, 0 or 1
-            Two patterns of the same length.
+            Two patterns of one length.
         pair : (int, int), optional
             Their indices among the training grasps.
 
@@ -85,6 +85,8 @@ class Hyperplane:
         >>> Hyperplane.between([1, 1, 0], [0, 1, 1])
         Hyperplane(weights=((0, 1), (2, -1)), bias=0, pair=None)
         """
+        if len(first) != len(second) or not {*first, *second} <= {0, 1}:
+            raise InputError(f"two patterns must be 0 and 1, of one length, got {shown(first)} and {shown(second)}")
         weights = [(k, 1 if a else -1) for k, (a, b) in enumerate(zip(first, second, strict=True)) if a != b]
         # sum w (2 x - 1) > 0 is sum w x > sum(w) / 2, and the left side is an integer
         return cls(weights, sum(weight for _, weight in weights) // 2, pair)

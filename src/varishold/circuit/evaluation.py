@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from varishold.circuit.elements import INT32_MAX
 from varishold.circuit.netlist import Netlist
-from varishold.errors import InputError
+from varishold.errors import InputError, require
+from varishold.frame.checks import as_given
 
 __all__ = ["bits_of", "class_scores", "evaluate", "fired_units", "true_terms"]
 
@@ -84,11 +85,9 @@ def class_scores(netlist: Netlist, X: npt.ArrayLike) -> npt.NDArray[np.int64]:
 
 
 def _as_rows(netlist: Netlist, X: npt.ArrayLike) -> npt.NDArray[Any]:
-    values = np.asarray(X)
-    if values.ndim != 2 or values.shape[1] != len(netlist.channels):
-        raise InputError(
-            f"X must have shape (n_grasps, {len(netlist.channels)}), one column a channel, got {values.shape}"
-        )
+    must = f"X must have shape (n_grasps, {len(netlist.channels)}), one column a channel"
+    values = as_given(X, must)
+    require(values.ndim == 2 and values.shape[1] == len(netlist.channels), f"{must}, got {values.shape}")
     if values.dtype.kind not in "biuf":
         raise InputError(f"X must hold integers, got dtype {values.dtype}")
     return values

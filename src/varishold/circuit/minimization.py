@@ -22,6 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from varishold.errors import InputError
+from varishold.frame.checks import as_given
 
 __all__ = ["Cover", "minimize"]
 
@@ -117,11 +118,12 @@ def minimize(on: npt.ArrayLike, off: npt.ArrayLike, *, exact: bool | None = None
 
 
 def _patterns(patterns: npt.ArrayLike, name: str) -> npt.NDArray[np.uint8]:
-    values = np.asarray(patterns)
+    must = f"{name} must have shape (n_patterns, n_variables)"
+    values = as_given(patterns, must)
     if values.shape == (0,):
         values = values.reshape(0, 0)
     if values.ndim != 2:
-        raise InputError(f"{name} must have shape (n_patterns, n_variables), got {values.shape}")
+        raise InputError(f"{must}, got {values.shape}")
     if values.dtype.kind not in "biuf" or not np.isin(values, (0, 1)).all():
         raise InputError(f"{name} must hold 0 and 1 only")
     # Without variables there is one pattern, and it holds nothing: a single class needs no hyperplane.

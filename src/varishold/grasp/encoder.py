@@ -135,8 +135,8 @@ class ThresholdEncoder(TransformerMixin, BaseEstimator):  # type: ignore[misc]
     def beyond(self, X: ArrayLike) -> NDArray[np.float64]:
         """Return how far every value lies beyond its channel's training values, shape (n_samples, n_channels).
 
-        In switches, as if thresholds went on as close as within the range; 0 within it and where a value is no number. What
-        never varied counts one range where it differs.
+        In switches, as if thresholds went on as close as within the range; 0 within it and where a value is no number.
+        What never varied counts one range where it differs.
         """
         check_is_fitted(self)
         must = f"values must be numbers of shape (n_samples, {self.n_features_in_})"

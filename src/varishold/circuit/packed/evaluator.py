@@ -12,7 +12,8 @@ from varishold.circuit.packed.grasps import WORD_BITS, PackedGrasps, aligned_wor
 from varishold.circuit.packed.kernel import KernelProgram, unpack_planes
 from varishold.circuit.packed.program import Program, compile_program
 from varishold.circuit.synthesis import synthesize
-from varishold.errors import InputError
+from varishold.errors import InputError, require_a
+from varishold.frame.checks import as_given
 
 __all__ = ["PackedEvaluator"]
 
@@ -67,12 +68,12 @@ class PackedEvaluator:
         ----------
         X : array_like of shape (n_grasps, n_channels)
         """
-        values = np.asarray(X)
         if not self.netlist.comparators:
-            packed = pack(values)
+            packed = pack(X)
             self._check(packed)
             return packed
-        if len(values) <= _CHUNK_ROWS:
+        values = as_given(X, "X must have shape (n_grasps, n_channels)")
+        if values.ndim != 2 or len(values) <= _CHUNK_ROWS:
             return pack(bits_of(self.netlist, values))
         words = aligned_words(self.netlist.bit_count, -(-len(values) // WORD_BITS))
         for start in range(0, len(values), _CHUNK_ROWS):
@@ -106,6 +107,7 @@ class PackedEvaluator:
         ndarray of shape (n,)
             uint8 up to 256 classes, intp beyond.
         """
+        self._check(packed)
         n_planes = len(self.program.outputs)
         if not packed.n or not n_planes:
             return np.zeros(packed.n, np.uint8)
@@ -140,6 +142,7 @@ class PackedEvaluator:
         return words
 
     def _check(self, packed: PackedGrasps) -> None:
+        require_a(PackedGrasps, packed, "grasps", "as pack(X) gives them")
         if len(packed.words) != self._n_bits:
             raise InputError(
                 f"grasps must have {counted(self._n_bits, 'bit')} for this netlist, got {len(packed.words)}"

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from varishold.circuit.packed.kernel import pack_rows
 from varishold.errors import InputError
+from varishold.frame.checks import as_given
 
 __all__ = ["WORD_BITS", "PackedGrasps", "aligned_words", "pack"]
 
@@ -65,9 +66,10 @@ def pack(bits: npt.ArrayLike) -> PackedGrasps:
     array([[3],
            [2]], dtype=uint64)
     """
-    values = np.asarray(bits)
+    must = "switches must have shape (n_grasps, n_switches)"
+    values = as_given(bits, must)
     if values.ndim != 2:
-        raise InputError(f"switches must have shape (n_grasps, n_switches), got {values.shape}")
+        raise InputError(f"{must}, got {values.shape}")
     n, r = values.shape
     words = aligned_words(r, -(-n // WORD_BITS))
     if n == 0 or r == 0:

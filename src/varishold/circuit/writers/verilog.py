@@ -9,7 +9,7 @@ from varishold.circuit.simplification import simplify
 from varishold.circuit.writers.names import comments, identifier
 from varishold.circuit.writers.templates import render
 from varishold.circuit.writers.vectors import check_vectors
-from varishold.errors import InputError
+from varishold.errors import InputError, require
 
 __all__ = ["verilog_files"]
 
@@ -27,7 +27,7 @@ def verilog_files(
     vectors : int
         Inputs that the bench checks; with that many patterns or fewer, all of them.
     count_bits : int
-        Width of a count, two's complement, where the netlist has comparators.
+        Width of a count, two's complement, where the netlist has comparators; 1 to 32.
 
     Returns
     -------
@@ -38,8 +38,10 @@ def verilog_files(
     Raises
     ------
     InputError
-        Where a threshold does not fit `count_bits`.
+        Where `count_bits` is no such width, or a threshold does not fit it.
     """
+    wide = isinstance(count_bits, int) and 1 <= count_bits <= 32
+    require(wide, f"count_bits must be a whole number from 1 to 32, got {count_bits!r}")
     name = identifier(name)
     small = simplify(netlist)
     largest = 2 ** (count_bits - 1) - 1
