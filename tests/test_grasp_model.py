@@ -413,6 +413,17 @@ def test_the_commands_from_table_to_source(tmp_path: Path, run: Callable[..., Fi
     assert not (tmp_path / "x.json").exists()
 
 
+def test_a_circuit_that_bears_noise_badly_is_told_by_its_mode(tmp_path: Path, run: Callable[..., Finished]) -> None:
+    rng = np.random.default_rng(0)
+    kind = np.repeat(np.arange(30), 4)
+    switches = rng.random((30, 24))[kind] < 0.5
+    switches ^= rng.random(switches.shape) < 0.05
+    table = GraspTable({"object": kind.astype(np.str_), **{f"switch.v{k}": switches[:, k] for k in range(24)}})
+    write_grasp_table(table, tmp_path / "t.csv")
+    done = run("fit", "t.csv", "--label", "object", "--mode", "paper", "-o", "m.json")
+    assert "note: mode 'paper' names " in done.stdout, done.stdout + done.stderr
+
+
 @pytest.mark.parametrize("strategy", ["quantile", "even", "supervised"])
 def test_encoder_refuses_values_whose_differences_overflow(strategy: Any) -> None:
     with pytest.raises(InputError, match=r"within 1e\+30 of zero, got 1e\+308 in row 0, channel 0"):

@@ -80,8 +80,9 @@ def fit(
     read = None if columns is None else [columns] if group is None else [columns, group]
     files = table_files(tables)
     grasps = GraspTable.joined([read_grasp_table(each, label=label, columns=read) for each in files])
+    cut = None if encode is None else encode.value
     model = fit_model(
-        grasps, label=label, group=group, columns=columns, mode=mode, encode=encode, levels=levels, seed=seed
+        grasps, label=label, group=group, columns=columns, mode=mode.value, encode=cut, levels=levels, seed=seed
     )
     write_model(model, output)
     clf = model.classifier
