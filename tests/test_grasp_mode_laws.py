@@ -672,3 +672,9 @@ def test_of_very_many_grasps_some_are_compared():
     assert count == vote._fewest_as_good(
         grasps, planes, signs, np.arange(len(grasps)), decode, np.random.default_rng(0)
     )
+
+
+def test_a_vote_that_only_its_offsets_decide_is_a_circuit_too() -> None:
+    X = [[1, 1, 1], [1, 0, 0], [0, 0, 0], [0, 1, 0], [0, 1, 0], [1, 0, 0], [0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 1, 1]]
+    clf = HyperplaneClassifier("vote", max_hyperplanes=1).fit([*X, [0, 0, 0]], list("abcaccacacb"))
+    assert len(set(clf.predict(X))) == 1

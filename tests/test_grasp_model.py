@@ -20,6 +20,7 @@ from varishold.circuit import evaluate
 from varishold.cli import main
 from varishold.errors import FormatError, InputError
 from varishold.grasp import (
+    HyperplaneClassifier,
     ThresholdEncoder,
     describe_tables,
     fit_model,
@@ -120,6 +121,18 @@ def test_an_answer_says_why_in_the_names_of_the_columns(encode: str | None) -> N
         assert line == re.sub(r"\bx\d+\b", lambda x: names[x[0]], numbered)
     assert told[0].to_dict()["why"] == list(told[0].why)
     assert model.switch_names[0] == "s0" if encode is None else model.switch_names[0].startswith("force_n.f0>=")
+
+
+@pytest.mark.parametrize("mode", ["paper", "robust", "vote"])
+def test_a_model_comes_back_whose_grasps_contradict_each_other(mode: str, tmp_path: Path) -> None:
+    clf = HyperplaneClassifier(mode).fit([[0, 1], [1, 0], [1, 0]], ["cone", "cube", "cube"])  # type: ignore[arg-type]
+    planes = clf.hyperplanes_.weights
+    clf.add_class([[0, 1]], "cube")
+    np.testing.assert_array_equal(clf.hyperplanes_.weights, planes)
+    write_model(GraspModel(("switch.a", "switch.b"), "object", None, clf), tmp_path / "model.json")
+    back = read_model(tmp_path / "model.json").classifier
+    assert back.predict([[1, 0], [0, 0]]).tolist() == clf.predict([[1, 0], [0, 0]]).tolist() == ["cube"] * 2
+    assert back.remarks_ == clf.remarks_
 
 
 def test_an_encoder_comes_back_too(tmp_path: Path) -> None:

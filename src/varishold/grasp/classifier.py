@@ -322,9 +322,8 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         if not self._likelihood.learned:
             of = "grasps of two groups" if len(np.unique(self._groups)) < len(self._groups) else "two grasps"
             remarks.append(f"no object has {of}, which tell how grasps of one differ: no answer has a p above .9")
-        if self._on_noise is not None:
-            remarks.append(self._on_noise)
-        return tuple(remarks)
+        on_noise = remark_on_noise(self._circuit, self.grasps_, self._likelihood.flip_rate, self.mode_)
+        return tuple(remarks if on_noise is None else [*remarks, on_noise])
 
     def _check_options(self) -> None:
         most, flips, error, seed = self.max_hyperplanes, self.flip_rate, self.error, self.random_state
@@ -367,7 +366,6 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         self._rows, self._codes, self._groups, self.classes_ = rows, codes, groups, classes
         self._adopt(grasps, mode, learned)
         self._know(beyond)
-        self._on_noise: str | None = remark_on_noise(self._circuit, grasps, self._likelihood.flip_rate, mode)
 
     def _adopt(self, grasps: TrainingGrasps, mode: str, learned: Learned) -> None:
         """Take over what was learned of rows, codes, groups and classes; a model file comes back the same way."""
@@ -379,7 +377,6 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         self.selection_ = learned.selection
         self.notes_: Mapping[str, str] = dict(learned.notes)
         self._circuit = CompiledCircuit(self.netlist_)
-        self._on_noise = None
 
     def _know(self, beyond: NDArray[np.float64]) -> None:
         """Learn how sure answers are, from training grasps that are held out.

@@ -12,7 +12,16 @@ from varishold.grasp.hyperplanes import Hyperplanes
 from varishold.grasp.separating import Selection
 from varishold.grasp.training import TrainingGrasps
 
-__all__ = ["Learned", "ModeOptions", "circuit_of", "class_names", "constant_circuit", "term_scores", "units_of"]
+__all__ = [
+    "Learned",
+    "ModeOptions",
+    "circuit_of",
+    "class_names",
+    "constant_circuit",
+    "learn_constant",
+    "term_scores",
+    "units_of",
+]
 
 Literals = tuple[tuple[int, int], ...]
 
@@ -114,6 +123,12 @@ def constant_circuit(grasps: TrainingGrasps, hyperplanes: Hyperplanes) -> Netlis
     best = int(counts.argmax())
     scores = [Score([], int(k == best)) for k in range(grasps.n_classes)]
     return circuit_of(grasps, hyperplanes, [], scores)
+
+
+def learn_constant(grasps: TrainingGrasps, options: ModeOptions) -> Learned:
+    """Learn no hyperplane but those that are kept: contradictory grasps leave one class, or none."""
+    planes = options.keep or Hyperplanes(np.zeros((0, grasps.n_switches), dtype=np.int8))
+    return Learned(planes, constant_circuit(grasps, planes))
 
 
 def term_scores(

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import require
 from varishold.grasp.hyperplanes import Hyperplanes, bisectors, distinct
-from varishold.grasp.modes.learned import Learned, ModeOptions, circuit_of, constant_circuit, term_scores
+from varishold.grasp.modes.learned import Learned, ModeOptions, circuit_of, learn_constant, term_scores
 from varishold.grasp.separating import separating_set
 from varishold.grasp.sign_table import SignTable, minimal_table
 from varishold.grasp.training import TrainingGrasps, enemy_pairs
@@ -34,12 +34,12 @@ def learn_paper(grasps: TrainingGrasps, options: ModeOptions) -> Learned:
         f"mode 'paper' compares every two grasps of different classes and takes up to {PAPER_PATTERNS} "
         f"different patterns, got {len(grasps)}; use mode 'vote'",
     )
+    if len(np.unique(grasps.labels)) < 2:
+        return learn_constant(grasps, options)
     everything = all_bisectors(grasps)
     keep = options.keep
     if keep is not None and len(keep):
         everything = distinct(keep, everything)
-    if not len(everything):
-        return Learned(everything, constant_circuit(grasps, everything))
     kept = tuple(range(len(keep))) if keep is not None else ()
     excess = everything.excess(grasps.patterns)
     order = _widest_first(excess, len(kept))
@@ -58,8 +58,7 @@ def learn_paper(grasps: TrainingGrasps, options: ModeOptions) -> Learned:
     terms_of = {k: table.terms(k) for k in learned}
     # The class whose circuit is largest (the last of equals) is what remains where no other term is true.
     rest = max(learned, key=lambda k: (sum(map(len, terms_of[k])), len(terms_of[k]), k))
-    if len(learned) > 1:
-        del terms_of[rest]
+    del terms_of[rest]
     terms, scores = term_scores(grasps, terms_of)
     return Learned(chosen, circuit_of(grasps, chosen, terms, scores), selection)
 

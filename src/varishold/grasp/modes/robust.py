@@ -21,7 +21,7 @@ from varishold.grasp.modes.learned import (
     Learned,
     ModeOptions,
     circuit_of,
-    constant_circuit,
+    learn_constant,
     term_scores,
 )
 from varishold.grasp.training import TrainingGrasps
@@ -52,8 +52,7 @@ def learn_robust(grasps: TrainingGrasps, options: ModeOptions) -> Learned:
     )
     present = np.unique(grasps.labels)
     if len(present) < 2:
-        none = options.keep or Hyperplanes(np.zeros((0, grasps.n_switches), dtype=np.int8))
-        return Learned(none, constant_circuit(grasps, none))
+        return learn_constant(grasps, options)
     terms = {int(c): _class_terms(grasps, int(c), options) for c in present}
     if len(present) > 2:
         return _assembled(grasps, terms, options)

@@ -14,7 +14,7 @@ from varishold.circuit import Score
 from varishold.grasp.comparison import FEWEST_TELLING, as_good, deal_folds, noisy_copies
 from varishold.grasp.hyperplanes import Hyperplanes, bisectors, distinct
 from varishold.grasp.modes.decoders import DECODERS, Decoder, Weights, choose_decoder
-from varishold.grasp.modes.learned import Learned, ModeOptions, circuit_of, constant_circuit
+from varishold.grasp.modes.learned import Learned, ModeOptions, circuit_of, learn_constant
 from varishold.grasp.training import TrainingGrasps
 
 __all__ = ["learn_vote"]
@@ -32,6 +32,7 @@ _OVERSAMPLING, _JUDGED_PAIRS, _JUDGED = 2, 600, 1000
 _SATED = 0.9
 #: Scores are rounded so that the largest weight is this: as accurate as 255, and half the gates.
 _LARGEST_WEIGHT = 15
+_LARGEST_OFFSET = 1 << 20
 #: Fewest hyperplanes that are tried where the user says nothing, each time half as many; compared on so many grasps
 #: in so many folds (above so many grasps in one fold), with so many noisy copies and switches of these together.
 _FEWEST, _COMPARED, _FOLDS, _ALL_FOLDS = 120, 2000, 5, 600
@@ -42,8 +43,7 @@ def learn_vote(grasps: TrainingGrasps, options: ModeOptions) -> Learned:
     """Draw, select and decode."""
     keep = options.keep if options.keep is not None and len(options.keep) else None
     if len(np.unique(grasps.labels)) < 2:
-        none = keep or Hyperplanes(np.zeros((0, grasps.n_switches), dtype=np.int8))
-        return Learned(none, constant_circuit(grasps, none))
+        return learn_constant(grasps, options)
     rng = np.random.default_rng([options.seed, 2])
     copied = len(set(options.groups)) or len(grasps)
     many = max(_MANY, min(_MOST, _A_CLASS * grasps.n_classes), min(_BY_GRASPS, 2 * copied))
@@ -154,7 +154,8 @@ def _assembled(
     """Round the scores to integers; leave out hyperplanes without weight, the kept ones excepted."""
     slopes, offsets = weights
     slopes, offsets = slopes - slopes[0], offsets - offsets[0]
-    scale = _LARGEST_WEIGHT / max(float(np.abs(slopes).max()), 1e-12)
+    # An offset that no sum of slopes could outweigh needs no more digits.
+    scale = _LARGEST_WEIGHT / max(np.abs(slopes).max(), np.abs(offsets).max() / _LARGEST_OFFSET, 1e-12)
     whole = np.rint(slopes * scale).astype(np.int64)
     bias = np.rint(offsets * scale).astype(np.int64)
     used = np.flatnonzero(whole.any(axis=0) | (np.arange(len(planes)) < (len(keep) if keep else 0)))
