@@ -91,6 +91,20 @@ def test_paper_mode_answers_every_training_grasp(seed: int) -> None:
     assert clf.selection_.gap == 0
 
 
+@settings(max_examples=15)
+@given(seeds)
+def test_the_printed_circuit_answers_what_was_learned_of_contradictory_grasps_too(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    X, y = rng.random((20, 3)) < 0.5, rng.permutation(np.repeat([0, 1], 10))
+    clf = HyperplaneClassifier("paper").fit(X, y)
+    table = clf.minimal_table_
+    for pattern, label in zip(clf.grasps_.patterns, clf.grasps_.labels.tolist(), strict=True):
+        (signs,) = clf.hyperplanes_.signs(pattern[None])
+        for k, name in enumerate(clf.grasps_.classes):
+            true = any(all(signs[at] == wanted for at, wanted in term) for term in table.terms(name))
+            assert true == (k == label)
+
+
 @settings(max_examples=30)
 @given(seeds, st.integers(0, 1))
 def test_the_unpruned_terms_are_the_nearest_training_grasp(seed: int, label: int) -> None:

@@ -285,15 +285,14 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
 
     @property
     def sign_table_(self) -> SignTable:
-        """Signs of all training grasps, but contradictory ones, on the chosen hyperplanes (Table 2)."""
+        """Signs of all training grasps, but those that contradict what was learned, on the hyperplanes (Table 2)."""
         check_is_fitted(self)
-        left_out = {v for rows in self.grasps_.contradictions for v in rows}
-        rows = [k for k in range(len(self._rows)) if k + 1 not in left_out]
+        rows = np.flatnonzero(self.grasps_.owners >= 0)
         return SignTable(
             self.hyperplanes_.signs(self._rows[rows]),
             tuple(self.classes_[self._codes[rows]].tolist()),
             self.hyperplanes_.names,
-            tuple(k + 1 for k in rows),
+            tuple((rows + 1).tolist()),
         )
 
     @property
