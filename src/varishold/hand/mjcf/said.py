@@ -62,7 +62,10 @@ class Table:
         return value
 
     def number(self, key: str, usual: float | None, low: float, high: float) -> float:
-        """Return a number of a range."""
+        """Return a number of a range; what is usual where none is said must lie there, too."""
+        if key not in self.content and usual is not None and not low <= usual <= high:
+            by = f"would be {usual:.3g} by the torques and sizes that are said"
+            raise self.wrong(key, f"{by}, and must lie in [{low:g}, {high:g}]; change these, or say it")
         value = self.content.get(key, usual)
         if value is None:
             raise InputError(f"{self.where}: {key} is missing")
