@@ -167,7 +167,7 @@ def test_its_own_actuators_and_parts_of_geoms(tmp_path: Path) -> None:
         ('name = "left"\n', 'name = "left"\nopen = [-0.06]\n', "open must lie in [-0.055, 0.01], where 'left_slide'"),
         ('name = "left"\n', 'name = "left"\nopen = [0]\nstraight = [1]\n', "straight must lie in [-0.055, 0], where"),
         ('name = "left"\n', 'name = "left"\ntorque = [-1]\n', "torque must be a number in [0, 10000], got -1"),
-        ('name = "left"\n', 'name = "left"\ntorque = [9000]\n', "opposed_gain would be 600 by the torques and sizes that"),
+        ('name = "left"\n', 'name = "left"\ntorque = [9000]\n', "opposed_gain would be 600 by the torques and sizes"),
         ('part = "left.left"', 'part = "left"', "part must be one of left.left, right.right, palm; got 'left'"),
         ('part = "left.left"', 'part = "palm"', "no switch is on a finger"),
         ('part = "left.left"', 'part = "left.left"\non_n = 0', "on_n must be a number in [0.0001, 1000], got 0"),

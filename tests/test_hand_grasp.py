@@ -264,3 +264,10 @@ def test_collecting_names_what_is_wrong(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="processes must be at least 1, got 0"):
         collect_grasps(jobs, other, processes=0)
     assert not other.exists()
+
+
+def test_what_is_unstable_is_told_and_leaves_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match="the simulation of this hand became unstable"):
+        grasp_object("cylinder", 0.06, seed=0, setting=HandSetting(design=HandDesign(torque_nm=1e6)))
+    assert not list(tmp_path.iterdir())

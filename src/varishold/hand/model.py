@@ -56,6 +56,8 @@ def require_mujoco() -> Any:
             f"MuJoCo cannot draw with MUJOCO_GL={os.environ.get('MUJOCO_GL', '')} here ({error}); "
             "unset it, or set it to egl with libegl1 installed"
         ) from None
+    # What is unstable is told in one line by who advances it, not in a file in the folder.
+    mujoco.set_mju_user_warning(lambda text: None)
     return mujoco
 
 

@@ -43,8 +43,6 @@ def prepared(mj: Any, source: MjcfSource, palm: str, kept: Sequence[str] = ()) -
     Sensors, keys and actuators that are not among the `kept` are gone, and so are the joints between the world
     and the palm: our carriage moves it.
     """
-    # What is unstable in a model of a user's is told in one line by who advances it, not in a file in the folder.
-    mj.set_mju_user_warning(lambda text: None)
     try:
         spec = mj.MjSpec.from_string(source.xml, assets=dict(source.files))
     except Exception as error:  # MuJoCo raises ValueError, and others where a file is damaged
