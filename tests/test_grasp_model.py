@@ -164,6 +164,7 @@ def damaged(document: dict[str, Any], name: str, value: Any) -> dict[str, Any]:
         ("version", "x", "version must be a positive whole number, got 'x'"),
         ("classes", ["one"], "classes must be two or more different names in order"),
         ("columns", "switch", "columns must be a list of texts"),
+        ("columns", ["switch.a"] * 10, "columns must all differ"),
         ("grasps", ["01"], r"grasps\[0\] must be 10 characters 0 or 1"),
         ("labels", [7], "labels must be a list of whole numbers from 0 to 1"),
         ("labels", [0], "20 grasps need as many labels, got 1"),

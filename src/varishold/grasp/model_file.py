@@ -121,6 +121,7 @@ def read_model(path: str | os.PathLike[str]) -> GraspModel:
 
 def _model(document: Mapping[str, Any], name: str) -> GraspModel:
     columns = tuple(_texts(document["columns"], "columns"))
+    require(len({*columns}) == len(columns), "columns must all differ")
     classes = _texts(document["classes"], "classes")
     ordered = len(classes) > 1 and sorted(set(classes)) == classes
     require(ordered, "classes must be two or more different names in order")
