@@ -438,6 +438,13 @@ def test_a_circuit_that_bears_noise_badly_is_told_by_its_mode(tmp_path: Path, ru
     assert "note: mode 'paper' names " in done.stdout, done.stdout + done.stderr
 
 
+def test_a_circuit_of_nothing_is_not_called_too_large(tmp_path: Path, run: Callable[..., Finished]) -> None:
+    (tmp_path / "t.csv").write_text("object,switch.a\nx,1\ny,1\n")
+    done = run("fit", "t.csv", "--label", "object", "-o", "m.json")
+    assert "0 hyperplanes" in done.stdout
+    assert "smaller circuit" not in done.stdout
+
+
 @pytest.mark.parametrize("strategy", ["quantile", "even", "supervised"])
 def test_encoder_refuses_values_whose_differences_overflow(strategy: Any) -> None:
     with pytest.raises(InputError, match=r"within 1e\+30 of zero, got 1e\+308 in row 0, channel 0"):

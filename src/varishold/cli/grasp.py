@@ -93,7 +93,7 @@ def fit(
     )
     for text in (*(f"{each}: {note}" for each in files for note in encoding_notes(each)), *clf.remarks_):
         echo(f"note: {text}")
-    if mode is Mode.auto and len(clf.grasps_) < FEWEST_TELLING:
+    if mode is Mode.auto and len(clf.hyperplanes_) and len(clf.grasps_) < FEWEST_TELLING:
         echo(
             f"note: {counted(len(clf.grasps_), 'grasp does', 'different grasps do')} not tell "
             f"whether a smaller circuit does as well, "
