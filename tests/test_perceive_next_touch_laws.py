@@ -72,6 +72,17 @@ def test_a_touch_that_is_made_again_where_the_object_lies_tells_nothing_more() -
     assert expected_information(some.belief, "grasp") > 0
 
 
+def test_a_touch_that_was_felt_in_part_may_bring_news() -> None:
+    rng = np.random.default_rng(0)
+    both = {
+        name: [[Evidence("grasp", {"a": rng.normal(at, 1), "b": rng.normal(at, 1)})] for _ in range(9)]
+        for name, at in (("ball", 0.0), ("box", 1.0))
+    }
+    half = Belief.before(Library.from_examples(both)).after(Evidence("grasp", {"a": 0.5}))
+    assert expected_information(half, "grasp") > 0
+    assert expected_information(half.after(Evidence("grasp", {"b": 0.5})), "grasp") == 0.0
+
+
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("slipped", [0, 5])
 def test_the_worth_is_the_loss_of_entropy_over_outcomes_that_the_particles_stand_for(seed: int, slipped: int) -> None:

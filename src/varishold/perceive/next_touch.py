@@ -71,8 +71,8 @@ def expected_information(belief: Belief, touch: str) -> float:
     Returns
     -------
     float
-        Nats: entropy of the name now less its expected entropy afterwards; 0 of a touch that was made where the object
-        lies, which errs again as it did.
+        Nats: entropy of the name now less its expected entropy afterwards; 0 of a touch that was felt whole where the
+        object lies, which errs again as it did. One that was felt in part may bring news, and is reckoned as a new one.
 
     Raises
     ------
@@ -82,7 +82,8 @@ def expected_information(belief: Belief, touch: str) -> float:
     library = belief.library
     known = ", ".join(library.touches)
     require(touch in library.touches, f"the library knows no touch {touch!r}; it knows {known}")
-    if touch in belief.here:
+    made = belief.here.get(touch)
+    if made is not None and made.whole:
         return 0.0
     model = library.touches[touch]
     n_objects = len(library.objects)

@@ -274,8 +274,9 @@ class Perceiver:
         takes = {touch: model.cost for touch, model in touches.items()} if seconds is None else seconds
         can = [t for t in touches if t not in self.belief.touches] if among is None else as_names(among, "among")
         known = [touch for touch in can if touch in touches]
-        # What was made where the object lies tells nothing more, of the name or of strangers.
-        anew = [touch for touch in known if touch not in self.belief.here]
+        # What was felt whole where the object lies tells nothing more, of the name or of strangers.
+        here = self.belief.here
+        anew = [touch for touch in known if touch not in here or not here[touch].whole]
         gains = {touch: expected_information(self.belief, touch) for touch in anew or known}
         if not gains:
             return None

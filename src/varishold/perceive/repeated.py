@@ -35,6 +35,11 @@ class Repeated:
         """What it says of each particle."""
         return self.total / max(1, int(self.times.max(initial=0)))
 
+    @property
+    def whole(self) -> bool:
+        """Whether every number of the touch was known in some time: another one tells nothing more."""
+        return bool(self.times.all())
+
     def again(self, log_weight: Floats, known: NDArray[np.bool_]) -> Repeated:
         """Return what is said with another time."""
         return Repeated(self.total + log_weight, self.times + known)
