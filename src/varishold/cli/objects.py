@@ -210,14 +210,14 @@ def taxels(
 
     from varishold.cli.taxels import felt_by, taxels_of
     from varishold.errors import require
-    from varishold.perceive import write_library
+    from varishold.perceive.library_file import write_as
 
     of, felt = taxels_of(words), _read(library)
     require(
         felt.hand is None, f"{library}: was felt by another hand; what taxels do is known of the built-in one's pads"
     )
     known = felt_by(of, felt, seed=seed)
-    write_library(known, output, kind="taxel library")
+    write_as("taxel library", known, output)
     if json:
         told = {name.replace("_", "-"): value for name, value in asdict(of).items() if value}
         print_json({"library": str(output), "objects": len(known.objects), "taxels": told, "seed": seed})

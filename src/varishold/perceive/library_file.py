@@ -20,7 +20,7 @@ from varishold.perceive.size_model import SizeModel
 from varishold.perceive.size_range import LEAST_SIZE_M, MOST_SIZE_M
 from varishold.perceive.touch_model import TouchModel
 
-__all__ = ["read_library", "read_packed_library", "shipped_library", "write_library"]
+__all__ = ["read_library", "read_packed_library", "shipped_library", "write_as", "write_library"]
 
 # What is written, and what is read: files of the first kind hold whole covariance matrices.
 _FORMAT, _FORMATS = "varishold library 2", ("varishold library 1", "varishold library 2")
@@ -47,7 +47,7 @@ _DAMAGE = (
 )
 
 
-def write_library(library: Library, path: str | os.PathLike[str], *, kind: str = "library") -> None:
+def write_library(library: Library, path: str | os.PathLike[str]) -> None:
     """Write a library.
 
     Parameters
@@ -55,9 +55,12 @@ def write_library(library: Library, path: str | os.PathLike[str], *, kind: str =
     library : Library
     path : str or path-like
         NPZ; a file that is there is replaced only when the new one is complete.
-    kind : {"library", "taxel library"}
-        By which a command knows its own files again: the second is soon made again of another library.
     """
+    write_as("library", library, path)
+
+
+def write_as(kind: str, library: Library, path: str | os.PathLike[str]) -> None:
+    """Write a library as a kind of file by which a command knows its own again, as those of another's taxels."""
     require_a(Library, library, "library", "made by from_examples or read_library")
     touches = list(library.touches)
     head: dict[str, Any] = {"format": _FORMAT, "objects": list(library.objects), "touches": touches}

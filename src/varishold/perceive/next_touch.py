@@ -72,7 +72,7 @@ def expected_information(belief: Belief, touch: str) -> float:
     -------
     float
         Nats: entropy of the name now less its expected entropy afterwards; 0 of a touch that was felt whole where the
-        object lies, which errs again as it did. One that was felt in part may bring news, and is reckoned as a new one.
+        object lies.
 
     Raises
     ------
@@ -83,6 +83,7 @@ def expected_information(belief: Belief, touch: str) -> float:
     known = ", ".join(library.touches)
     require(touch in library.touches, f"the library knows no touch {touch!r}; it knows {known}")
     made = belief.here.get(touch)
+    # It errs again as it did; one that was felt in part may bring news, and is reckoned as a new one.
     if made is not None and made.whole:
         return 0.0
     model = library.touches[touch]
