@@ -238,7 +238,7 @@ class Perceiver:
         return bool(self._trace) and self._trace[-1].verdict != "go on"
 
     def next_touch(self, among: Iterable[str] | None = None) -> tuple[str, float] | None:
-        """Return the touch that is wanted next, and how much it is expected to tell about the name (nats).
+        """Return the touch that is wanted next, and how much it should tell about the name (nats).
 
         Parameters
         ----------
@@ -263,7 +263,7 @@ class Perceiver:
         Parameters
         ----------
         among : iterable of str, optional
-            What can be done next; default: every touch of the library that was not made yet.
+            What can be done; default: every touch that was not made yet.
 
         Returns
         -------
