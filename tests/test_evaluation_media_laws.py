@@ -160,7 +160,7 @@ def test_taxels_away_from_all_training_presses_are_those_of_plain_loops(monkeypa
         limit = max(settings.floor, 0.1 * float(np.quantile(peaks, 0.9)))
         away = []
         for r, c in np.ndindex(9, 10):
-            near = pooled[train][:, max(0, r - 1) : r + 2, max(0, c - 1) : c + 2]
+            near = pooled[train][:, max(0, r - 2) : r + 3, max(0, c - 2) : c + 3]
             if field[r, c] and not (abs(near) > limit).any():
                 away.append((r, c))
         table = kept[0](train)

@@ -35,8 +35,9 @@ Floats = NDArray[np.float64]
 # A taxel that no training press brings above this share of a strong press's peak is never touched, and a press is
 # strong that has this share of the others below it. Found on real grasps whose drift is known to name the thing.
 _TOUCHED, _STRONG = 0.1, 0.9
-# Next to touched taxels the skin carries some of the load; a pad narrower than this has nothing else.
-_NARROW = 4
+# Beside touched taxels the skin carries some of the load: a taxel farther for every so many that the pad is broad, up
+# to so many; a narrower pad has nothing else.
+_NARROW, _BESIDE = 4, 2
 # A joint that stands still moves no more than this within a thing, radians: a seventeenth of a degree.
 _STILL_RAD = 1e-3
 _ANGLE = "angle_rad."
@@ -205,7 +206,7 @@ def _steepest_changes(press: Press) -> list[Floats]:
 
 
 def untouched_taxels(pooled: Floats, limit: float) -> NDArray[np.bool_]:
-    """Return which taxels of a pad no press loads, nor any beside them, shape (rows, cols).
+    """Return which taxels of a pad no press loads, nor any near them, shape (rows, cols).
 
     Parameters
     ----------
@@ -214,10 +215,10 @@ def untouched_taxels(pooled: Floats, limit: float) -> NDArray[np.bool_]:
         What counts as load lies above it.
     """
     loaded = (np.abs(pooled) > limit).any(axis=0)
-    if min(loaded.shape) >= _NARROW:
-        wide = np.pad(loaded, 1)
-        rows, cols = loaded.shape
-        loaded = np.any([wide[r : r + rows, c : c + cols] for r in range(3) for c in range(3)], axis=0)
+    rows, cols = loaded.shape
+    beside = min(min(rows, cols) // _NARROW, _BESIDE)
+    wide, steps = np.pad(loaded, beside), range(2 * beside + 1)
+    loaded = np.any([wide[r : r + rows, c : c + cols] for r in steps for c in steps], axis=0)
     return np.asarray(~loaded)
 
 
