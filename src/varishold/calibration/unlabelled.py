@@ -128,6 +128,7 @@ def calibrate_unlabelled(
         unknown=(
             "the response: any curve of the readings explains presses of unknown things as well; use known objects, or "
             "an even pressure at three known pressures",
+            "a slope or a bend of all gains over the pad, which forms look like: use an even pressure",
             "crosstalk, blur, dead band and the cover: use known objects",
         ),
         notes=(*found.notes, *notes),
