@@ -119,7 +119,8 @@ def test_what_was_typed_is_told_as_it_was_typed(run: Any, tmp_path: Path) -> Non
         status, _, said = run(*words)
         assert status == 1
         assert said.startswith(told)
-    # A key of a file's own.
+    # A file's own name, and a key of one.
+    assert run("touch", "pitch_m.npz", "--pitch-m", "1")[2] == "varishold: pitch_m.npz: there is no such file\n"
     (tmp_path / "s.toml").write_text("pitch_m = -1\n")
     assert "s.toml: pitch_m must be" in run("touch", "a.npz", "--sensor", "s.toml", "--pitch-m", "1")[2]
 

@@ -133,7 +133,8 @@ def with_option(error: InputError) -> str:
         # Who typed an option looks for it; a key of a file keeps its name.
         typed = "_" in name and not isinstance(error, FormatError)
         if typed and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
-            words = re.sub(rf"^(\S+: )?{name}\b", rf"\g<1>{_long(each)}", words)
+            # A file may be called so, too.
+            words = re.sub(rf"^(\S+: )?{name}(?= (must|of)\b)", rf"\g<1>{_long(each)}", words)
     option = options.get(error.parameter or "")
     if error.parameter == "shape" and option is None:
         marks = _marks(signature_of(context.command.callback))
