@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import io
+import os
 import signal
 import sys
 from importlib import import_module
@@ -132,6 +133,18 @@ def test_every_error_is_one_line_and_a_status(
         assert err.getvalue() == said
     # Where the pipe is closed or the disk is full nothing more goes out.
     assert bool(silenced) == isinstance(raised, OSError)
+
+
+def test_a_current_folder_that_is_gone_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "gone").mkdir()
+    monkeypatch.chdir(tmp_path / "gone")
+    (tmp_path / "gone").rmdir()
+    monkeypatch.setattr(program, "app", lambda **_: os.getcwd())
+    monkeypatch.setattr(program, "_silence", lambda: None)
+    assert program.run() == 1
+    assert capsys.readouterr().err == "varishold: the current folder: no such file or directory\n"
 
 
 def test_a_module_that_is_no_extra_is_a_fault_of_ours(monkeypatch: pytest.MonkeyPatch) -> None:

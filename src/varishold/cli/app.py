@@ -78,10 +78,8 @@ def run() -> int:
         return _fail(f"not enough memory: {str(error) or 'ask for less at once'}")
     except OSError as error:
         _silence()
-        # What writes a file names it: else what is printed has no place.
-        where = error.filename or ("standard output" if error.errno in FULL_DISK else "")
-        where = f"{where}: " if where else ""
-        return _fail(f"{where}{reason_of(error)}")
+        where = _where(error)
+        return _fail(f"{where}: {reason_of(error)}" if where else reason_of(error))
 
 
 def _run() -> int:
@@ -103,6 +101,20 @@ def _misused(error: click.ClickException) -> int:
     words = f"{words[:1].lower()}{words[1:]} ({command} --help)"
     _fail(": ".join([*command.split(maxsplit=1)[1:], words]))
     return error.exit_code
+
+
+def _where(error: OSError) -> str:
+    """Say where a system's error is; what opens or writes a file names it."""
+    if error.filename:
+        return str(error.filename)
+    if error.errno in FULL_DISK:
+        # What is printed has no place.
+        return "standard output"
+    try:
+        os.getcwd()
+    except OSError:
+        return "the current folder"
+    return ""
 
 
 def _fail(message: str) -> int:
