@@ -249,7 +249,7 @@ def test_hostile_names_stay_names_in_c(tmp_path: Path) -> None:
 
 
 @needs_gcc
-@pytest.mark.parametrize("name", ["stdint", "STDIO.H", "string", "features", "math", "int", "main"])
+@pytest.mark.parametrize("name", ["stdint", "STDIO.H", "string", "features", "math", "int", "main", "static_cast"])
 def test_no_source_is_called_as_a_header_of_the_system(tmp_path: Path, name: str) -> None:
     files = c99_files(random_netlist(0, 1, classes=2), name.removesuffix(".H"))
     _write(files, tmp_path)
