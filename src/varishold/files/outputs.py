@@ -38,12 +38,12 @@ class Kind:
 
     def recognizes(self, path: str | os.PathLike[str]) -> bool:
         """Tell whether a file is of this kind; an empty one is of every kind."""
-        with open_file(path) as file:
-            head = file.read(_HEAD)
-            file.seek(max(len(head), file.seek(0, os.SEEK_END) - _TAIL))
-            if not head or self.pattern is None:
-                return not head
-            return re.match(self.pattern, head + file.read(), re.DOTALL) is not None
+        ends = _ends(path)
+        return not ends or self.fits(ends)
+
+    def fits(self, ends: bytes) -> bool:
+        """Tell whether a file that begins and ends so, and is not empty, is of this kind."""
+        return self.pattern is not None and re.match(self.pattern, ends, re.DOTALL) is not None
 
 
 #: Every kind of file that a command writes, by a short name.
@@ -94,7 +94,16 @@ def kind_made(path: str | os.PathLike[str]) -> Kind | None:
     InputError
         If it cannot be opened.
     """
-    return next((KINDS[kind] for kind in _MADE if os.path.getsize(path) and KINDS[kind].recognizes(path)), None)
+    ends = _ends(path)
+    return next((KINDS[kind] for kind in _MADE if KINDS[kind].fits(ends)), None)
+
+
+def _ends(path: str | os.PathLike[str]) -> bytes:
+    """Return the bytes at a file's start and end in which a mark stands."""
+    with open_file(path) as file:
+        head = file.read(_HEAD)
+        file.seek(max(len(head), file.seek(0, os.SEEK_END) - _TAIL))
+        return head + file.read()
 
 
 def check_output(
