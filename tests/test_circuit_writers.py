@@ -248,6 +248,12 @@ def test_hostile_names_stay_names_in_c(tmp_path: Path) -> None:
     assert done.stdout.split(b"\x01")[:-1] == expected
 
 
+def test_whole_numbers_of_numpy_are_whole_numbers() -> None:
+    netlist = random_netlist(8, 6, counts=True)
+    plain = verilog_files(netlist, vectors=9, count_bits=20)
+    assert verilog_files(netlist, vectors=np.int64(9), count_bits=np.uint8(20)) == plain  # type: ignore[arg-type]
+
+
 @needs_gcc
 @pytest.mark.parametrize("name", ["stdint", "STDIO.H", "string", "features", "math", "int", "main", "static_cast"])
 def test_no_source_is_called_as_a_header_of_the_system(tmp_path: Path, name: str) -> None:

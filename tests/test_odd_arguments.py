@@ -73,7 +73,7 @@ def classifier(**options: Any) -> HyperplaneClassifier:
         (lambda: Hyperplane.between([1, 0], [1]), "two patterns must be 0 and 1, of one length, got .1, 0. and .1."),
         (lambda: Hyperplane.between("10", "01"), "two patterns must be 0 and 1, of one length, got '10' and '01'"),
         (lambda: verilog_files(COUNTED, count_bits=33), "count_bits must be a whole number from 1 to 32, got 33"),
-        (lambda: c99_files(GATE, vectors=0), "vectors must be a whole number from 1 on, got 0"),
+        (lambda: c99_files(GATE, vectors=0), "vectors must be a whole number from 1, got 0"),
         (lambda: classifier(mode=MANY), "mode must be auto, paper, robust, vote, got"),
         (lambda: classifier(flip_rate="x"), "flip_rate must be at least 0 and below 0.5, got 'x'"),
         (lambda: classifier(error=None), "error must lie between 0 and 1, got None"),

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from varishold.circuit.elements import INT32_MAX
 from varishold.circuit.netlist import Netlist
-from varishold.errors import require
+from varishold.frame.checks import as_whole
 
 __all__ = ["check_vectors"]
 
@@ -29,8 +29,7 @@ def check_vectors(netlist: Netlist, most: int, *, largest: int = INT32_MAX) -> n
     -------
     ndarray of shape (n, n_channels), int64
     """
-    whole = isinstance(most, int) and most >= 1
-    require(whole, f"vectors must be a whole number from 1 on, got {most!r}")
+    most = as_whole(most, "vectors")
     r = len(netlist.channels)
     rng = np.random.default_rng(0)
     if not netlist.comparators:

@@ -10,6 +10,7 @@ from varishold.circuit.writers.names import comments, identifier
 from varishold.circuit.writers.templates import render
 from varishold.circuit.writers.vectors import check_vectors
 from varishold.errors import InputError, require
+from varishold.frame.checks import as_whole
 
 __all__ = ["verilog_files"]
 
@@ -40,8 +41,8 @@ def verilog_files(
     InputError
         Where `count_bits` is no such width, or a threshold does not fit it.
     """
-    wide = isinstance(count_bits, int) and 1 <= count_bits <= 32
-    require(wide, f"count_bits must be a whole number from 1 to 32, got {count_bits!r}")
+    count_bits = as_whole(count_bits, "count_bits")
+    require(count_bits <= 32, f"count_bits must be a whole number from 1 to 32, got {count_bits}")
     name = identifier(name)
     small = simplify(netlist)
     largest = 2 ** (count_bits - 1) - 1
