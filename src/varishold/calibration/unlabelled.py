@@ -222,9 +222,11 @@ def _solved(stress: Floats, noise: Floats, inside: NDArray[np.bool_]) -> tuple[F
             weighed = bend.weighed(gains, _FREEDOM)
             weighed.add_right(right)
             normal += weighed.matrix(shape)
-        factor = linalg.cho_factor(normal)
-        gains = linalg.cho_solve(factor, right.ravel()).reshape(shape)
-        spread = np.sqrt(np.diag(linalg.cho_solve(factor, np.eye(size)))).reshape(shape)
+        root = linalg.cholesky(normal, lower=True)
+        gains = linalg.cho_solve((root, True), right.ravel()).reshape(shape)
+        # The diagonal of the inverse, without the rest of it.
+        inverse_root, _ = linalg.lapack.dtrtri(root, lower=True)
+        spread = np.linalg.norm(inverse_root, axis=0).reshape(shape)
         scatter = max(float(np.sqrt(np.mean(gains**2 + spread**2))), 1e-4)
     return gains, spread
 
