@@ -199,7 +199,7 @@ def is_number(cell: str) -> bool:
 def _require_like(first: GraspTable, table: GraspTable) -> None:
     for name in sorted({*first.columns} ^ {*table.columns}):
         has, lacks = (first, table) if name in first.cells else (table, first)
-        raise InputError(f"{lacks.source}: there is no column {name!r}, which {has.source} has")
+        raise InputError(f"{lacks.source}: there is no column {name!r}, which {has.source} has", parameter="columns")
     for name in first.columns:
         text, numbers = (first, table) if first.cells[name].dtype.kind == "U" else (table, first)
         if text.cells[name].dtype.kind == "U" != numbers.cells[name].dtype.kind:
