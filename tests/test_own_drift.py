@@ -54,11 +54,12 @@ def test_nothing_but_the_rest_is_taken_off() -> None:
     assert np.abs(left - left[7])[7:205].max() < 1e-9
 
 
-def test_spans_that_are_long_because_a_press_was_missed_are_no_drift() -> None:
+@pytest.mark.parametrize(("every", "missed"), [(7, 50), (9, 50), (9, 5)])
+def test_spans_that_are_long_because_a_press_was_missed_are_no_drift(every: int, missed: int) -> None:
     rng = np.random.default_rng(6)
     y, x = np.mgrid[-3.5:4, -3.5:4]
-    starts = np.arange(4, 1400, 7)
-    loads = np.where(np.arange(len(starts)) % 50 == 1, 8.0, 100.0)
+    starts = np.arange(4, 1400, every)
+    loads = np.where(np.arange(len(starts)) % missed == 1, 8.0, 100.0)
     frames = rng.normal(0.0, 1.0, (1404, 8, 8))
     for start, load in zip(starts, loads, strict=True):
         frames[start - 1 : start + 4] += load * np.exp(-((x - rng.normal()) ** 2 + (y - rng.normal()) ** 2) / 8)

@@ -162,7 +162,9 @@ def _followed(frames: NDArray[Any], usable: Mask, spans: list[range]) -> OwnDrif
     middles = np.array([(span.start + span.stop - 1) / 2 for span in some])
     found = OwnDrift(frames, middles, off, readings_end(looked, frames.dtype.kind))
     others = [span for span in spans if len(span) < _FEWEST]
-    return found if _borne_out(found, usable, others, float(np.median(scatter))) else None
+    # A missed press makes the halves of a rest unlike too: noise alone tells how rests scatter.
+    noise = OF_MEDIAN * sigma / math.sqrt(np.median([min(len(span), _MOST) for span in some]))
+    return found if _borne_out(found, usable, others, noise) else None
 
 
 def _borne_out(found: OwnDrift, usable: Mask, others: list[range], scatter: float) -> bool:
@@ -177,4 +179,4 @@ def _borne_out(found: OwnDrift, usable: Mask, others: list[range], scatter: floa
     )
     off = found.off_at(np.array([(each.start + each.stop - 1) / 2 for each in others]))[:, usable]
     read, off = (values - values.mean(axis=0) for values in (read, off))
-    return float(off.std()) < _ERRORS * scatter or float((off * (2.0 * read - off)).sum()) > 0.0
+    return float(off.std()) < _ERRORS * scatter or float((off * (2.0 * read - off)).sum()) >= 0.0
