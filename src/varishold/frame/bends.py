@@ -104,26 +104,23 @@ class Bends:
         freedom.
         """
         left = self.values - self.stencil.of(gains).ravel()[self.place]
-        for begin, end in self._classes():
-            left[begin:end] -= np.median(left[begin:end])
+        for part in self._classes():
+            left[part] -= np.median(left[part]) if left[part].size else 0.0
         scatter = _OF_MEDIAN * float(np.median(np.abs(left))) if left.size else 0.0
         variance = _OF_SCATTER * scatter**2 + self.variance + _LEAST_SCATTER**2
         weight = (freedom + 1) / (freedom + left**2 / variance) / (_ALIKE * variance)
         weights, sums = self._at_places(weight), self._at_places(weight * self.values)
         return Weighed(self.stencil, weights, (sums - weights * _shared(weights, sums)).sum(axis=0))
 
-    def _classes(self) -> list[tuple[int, int]]:
-        """Return where the classes of height begin and end that have any difference."""
-        return [(begin, end) for begin, end in pairwise(self.rises.tolist()) if end > begin]
+    def _classes(self) -> list[slice]:
+        """Return the differences of each class of height."""
+        return [slice(begin, end) for begin, end in pairwise(self.rises.tolist())]
 
     def _at_places(self, values: Floats) -> Floats:
         """Return the sums at each place of each class of height, shape (n_heights, n_rows, n_cols)."""
         n_places = self.shape[0] * self.shape[1]
-        sums = [
-            np.bincount(self.place[begin:end], values[begin:end], n_places).reshape(self.shape)
-            for begin, end in pairwise(self.rises.tolist())
-        ]
-        return np.stack(sums)
+        sums = [np.bincount(self.place[part], values[part], n_places) for part in self._classes()]
+        return np.stack(sums).reshape(-1, *self.shape)
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,9 +169,9 @@ class Weighed:
 
 def _shared(weight: Floats, sums: Floats) -> Floats:
     """Return the weighed mean of each class of height, shape (n_heights, 1, 1), from weighed sums of places."""
-    axes = (1, 2)
-    total: Floats = sums.sum(axis=axes, keepdims=True) / np.maximum(weight.sum(axis=axes, keepdims=True), 1e-300)
-    return total
+    total, value = (each.sum(axis=(1, 2), keepdims=True) for each in (weight, sums))
+    mean: Floats = value / np.maximum(total, 1e-300)
+    return mean
 
 
 def bends_of(presses: Floats, inside: Mask, noise: Floats) -> list[Bends]:
@@ -190,7 +187,7 @@ def bends_of(presses: Floats, inside: Mask, noise: Floats) -> list[Bends]:
         Standard deviation of the noise of each.
     """
     read = np.where(inside, presses, 1.0)
-    logs, variance = np.log(read), (np.where(inside, noise[:, None, None], 0.0) / read) ** 2
+    logs, variance = np.log(read), (noise[:, None, None] / read) ** 2
     # What presses nowhere has no place.
     peaks = np.where(inside, logs, -np.inf).max(axis=(1, 2), keepdims=True)
     below = logs - np.where(np.isfinite(peaks), peaks, 0.0)
