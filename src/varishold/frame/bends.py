@@ -120,7 +120,7 @@ class Bends:
         """Return the sums at each place of each class of height, shape (n_heights, n_rows, n_cols)."""
         n_places = self.shape[0] * self.shape[1]
         sums = [np.bincount(self.place[part], values[part], n_places) for part in self._classes()]
-        return np.stack(sums).reshape(-1, *self.shape)
+        return np.array(sums, np.float64).reshape(-1, *self.shape)
 
 
 @dataclass(frozen=True, eq=False)
