@@ -190,36 +190,6 @@ def test_lost_and_strange_readings_are_counted(tmp_path: Path) -> None:
     assert gather(path).pads["pad"].values[:, 0, 0].tolist() == [0, 1, 4, 5, 2, 3, 0]
 
 
-def test_a_stray_first_frame_does_not_decide_a_shape(tmp_path: Path) -> None:
-    def one(pad: str, *shape: int) -> Sample:
-        return Sample(None, 1e9, None, {pad: np.ones(shape, np.int32)})
-
-    # Pads that come in turn, one of which begins with a stray frame.
-    path = tmp_path / "a.mcap"
-    with sample_file(path, dict) as file:
-        for shape in ((1, 3), (4, 4), (4, 4), (4, 4)):
-            file.add(one("left", 2, 3))
-            file.add(one("right", *shape))
-        tally = file.tally
-    assert (tally.samples, tally.refused) == (7, 1)
-    assert tally.why == "pad right was of shape (1, 3) before (4, 4)"
-    held = gather(path)
-    assert {name: pad.values.shape for name, pad in held.pads.items()} == {"left": (4, 2, 3), "right": (3, 4, 4)}
-
-
-def test_one_reading_alone_is_written(tmp_path: Path) -> None:
-    for name, limits in (("a", None), ("b", Limits(samples=1))):
-        with sample_file(tmp_path / name, dict, limits=limits) as file:
-            file.add(sample(0))
-            # As soon as no more are wanted.
-            assert file.full is (limits is not None)
-        assert gather(tmp_path / name).pads["pad"].values.shape == (1, 2, 3)
-    # Where no other comes for a moment.
-    with sample_file(tmp_path / "c", dict) as file:
-        file.add(sample(0))
-        wait_until(lambda: (file.look(), (tmp_path / "c").exists())[1])
-
-
 @pytest.mark.parametrize(
     ("limits", "expected"), [(Limits(samples=5), 5), (Limits(seconds=0.07), 7), (Limits(3, 0.07), 3), (Limits(), 20)]
 )

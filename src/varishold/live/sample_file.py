@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.files import GrowingFile, growing_file
-from varishold.live.first_shapes import FirstShapes
 from varishold.live.odd_clock import OddClock
 from varishold.live.sample import PadLayout, Sample
 from varishold.recording.mcap import PadFacts, TopicWriter
@@ -103,11 +102,10 @@ class SampleFile:
         self._file = file
         self._writer = TopicWriter(file, "measurement")
         self._layouts, self._sensor = layouts, sensor
-        self._first = FirstShapes()
-        self._described = set[str]()
+        self._shapes: dict[str, tuple[int, ...]] = {}
         self._number: int | None = None
         self._clock = OddClock()
-        self._flushed_s = self._held_s = time.monotonic()
+        self._flushed_s = time.monotonic()
         self._began_s = math.inf
 
     def attach(self, texts: Mapping[str, str]) -> None:
@@ -118,25 +116,11 @@ class SampleFile:
     def add(self, sample: Sample) -> None:
         """Write a sample, if there is room for it.
 
-        The first wait for a moment, until the shape of each pad has come twice: a stray frame may be the first.
-
         Raises
         ------
         InputError
             If the disk has refused what came before.
         """
-        if not len(self._first):
-            self._held_s = time.monotonic()
-        for each in self._first.take(sample):
-            self._write(each)
-        if self.tally.samples + len(self._first) == self._limits.samples:
-            self._release()
-
-    def _release(self) -> None:
-        for each in self._first.release():
-            self._write(each)
-
-    def _write(self, sample: Sample) -> None:
         self.full = self.full or self._over(sample.host_time_s)
         if self.full:
             return
@@ -166,8 +150,6 @@ class SampleFile:
     def look(self) -> None:
         """Hand over what has waited for long; to be called now and then where no sample comes."""
         now_s = time.monotonic()
-        if now_s - self._held_s >= _FLUSH_S:
-            self._release()
         # Where nothing comes any more, nothing can come too late.
         self.full = self.full or now_s - self._began_s > (self._limits.seconds or math.inf) + _LATE_S
         if now_s - self._flushed_s >= _FLUSH_S:
@@ -175,8 +157,7 @@ class SampleFile:
             self._writer.flush()
 
     def finish(self) -> None:
-        """Write what waits, and the file's end."""
-        self._release()
+        """Write the file's end."""
         self._writer.finish()
 
     def _wrong(self, sample: Sample) -> str:
@@ -184,15 +165,15 @@ class SampleFile:
         for name, values in sample.pads.items():
             if values.dtype.kind not in "biuf" or not 1 <= values.ndim <= 3 or not values.size:
                 return f"pad {name} was {values.dtype} of shape {values.shape}"
-            if self._first.of(name) != values.shape:
-                when = "after" if name in self._described else "before"
-                return f"pad {name} was of shape {values.shape} {when} {self._first.of(name)}"
-            if name not in self._described:
+            known = self._shapes.get(name)
+            if known is None:
                 facts = _facts(name, values, self._layouts().get(name), self._sensor)
                 if facts.kind == "pressure" and values.ndim > 2:
                     return f"pad {name} was of shape {values.shape}, which is no frame"
                 self._writer.describe(facts)
-                self._described.add(name)
+                self._shapes[name] = values.shape
+            elif known != values.shape:
+                return f"pad {name} was of shape {values.shape} after {known}"
         return ""
 
     def _over(self, host_time_s: float) -> bool:
