@@ -70,7 +70,7 @@ def test_what_each_height_shares_is_an_unknown_of_its_own_that_is_solved_out(see
         for k, (begin, end) in enumerate(pairwise(bend.rises)):
             classes[begin:end, k] = 1.0
             left[begin:end] -= np.median(left[begin:end]) if end > begin else 0.0
-        scatter = 1.4826 * np.median(np.abs(left)) if left.size else 0.0
+        scatter = np.median(np.abs(left)) / 0.6744897501960817 if left.size else 0.0
         variance = 0.5 * scatter**2 + bend.variance + 0.05**2
         weight = (freedom + 1) / (freedom + left**2 / variance) / (4.5 * variance)
         # All unknowns together, the gains with a prior: those of the heights have none.

@@ -16,6 +16,7 @@ from varishold.evaluation.figures import share_figure
 from varishold.evaluation.held_out import Felt
 from varishold.evaluation.in_time import in_order_of_time
 from varishold.evaluation.splits import Split
+from varishold.frame.patches import PatchGrid
 from varishold.touch.course.measures import learn_settings
 from varishold.touch.course.presses import Press, first_of_same, values_of
 
@@ -214,12 +215,10 @@ def untouched_taxels(pooled: Floats, limit: float) -> NDArray[np.bool_]:
     limit : float
         What counts as load lies above it.
     """
-    loaded = (np.abs(pooled) > limit).any(axis=0)
+    loaded = np.asarray((np.abs(pooled) > limit).any(axis=0))
     rows, cols = loaded.shape
-    beside = min(min(rows, cols) // _NARROW, _BESIDE)
-    wide, steps = np.pad(loaded, beside), range(2 * beside + 1)
-    loaded = np.any([wide[r : r + rows, c : c + cols] for r in steps for c in steps], axis=0)
-    return np.asarray(~loaded)
+    grid = PatchGrid((rows, cols))
+    return ~grid.mask(grid.grown(grid.bits(loaded), min(min(rows, cols) // _NARROW, _BESIDE)))
 
 
 def still_columns(values: Floats, codes: NDArray[np.intp]) -> NDArray[np.bool_]:

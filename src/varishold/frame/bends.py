@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.frame.fault import Floats, Mask
+from varishold.frame.noise import sigma_of_half
 
 __all__ = ["Bends", "Stencil", "Weighed", "bends_of"]
 
@@ -27,7 +28,6 @@ _HEIGHTS = 8
 # The logarithm of pressure scatters about what is shared by so much of what it does on the median, and by this at
 # least; below it rounds of weighing run into false minima.
 _OF_SCATTER, _LEAST_SCATTER = 0.5, 0.05
-_OF_MEDIAN = 1.4826
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class Bends:
         left = self.values - self.stencil.of(gains).ravel()[self.place]
         for part in self._classes():
             left[part] -= np.median(left[part]) if left[part].size else 0.0
-        scatter = _OF_MEDIAN * float(np.median(np.abs(left))) if left.size else 0.0
+        scatter = sigma_of_half(left) if left.size else 0.0
         variance = _OF_SCATTER * scatter**2 + self.variance + _LEAST_SCATTER**2
         weight = (freedom + 1) / (freedom + left**2 / variance) / (_ALIKE * variance)
         weights, sums = self._at_places(weight), self._at_places(weight * self.values)

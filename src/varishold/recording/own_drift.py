@@ -159,12 +159,15 @@ def _followed(frames: NDArray[Any], usable: Mask, spans: list[range]) -> OwnDrif
     highest = float((looked - rests[0][usable]).max())
     if not (goes > np.maximum(_ERRORS * np.hypot(scatter, scatter[0]), _LEAST * highest)).any():
         return None
-    middles = np.array([(span.start + span.stop - 1) / 2 for span in some])
-    found = OwnDrift(frames, middles, off, readings_end(looked, frames.dtype.kind))
+    found = OwnDrift(frames, _middles(some), off, readings_end(looked, frames.dtype.kind))
     others = [span for span in spans if len(span) < _FEWEST]
     # A missed press makes the halves of a rest unlike too: noise alone tells how rests scatter.
     noise = OF_MEDIAN * sigma / math.sqrt(np.median([min(len(span), _MOST) for span in some]))
     return found if _borne_out(found, usable, others, noise) else None
+
+
+def _middles(spans: list[range]) -> Floats:
+    return np.array([(span.start + span.stop - 1) / 2 for span in spans])
 
 
 def _borne_out(found: OwnDrift, usable: Mask, others: list[range], scatter: float) -> bool:
@@ -177,6 +180,6 @@ def _borne_out(found: OwnDrift, usable: Mask, others: list[range], scatter: floa
     read = np.array(
         [found.frames[each.start : each.stop][:, usable].astype(np.float64).mean(axis=0) for each in others]
     )
-    off = found.off_at(np.array([(each.start + each.stop - 1) / 2 for each in others]))[:, usable]
+    off = found.off_at(_middles(others))[:, usable]
     read, off = (values - values.mean(axis=0) for values in (read, off))
     return float(off.std()) < _ERRORS * scatter or float((off * (2.0 * read - off)).sum()) >= 0.0
