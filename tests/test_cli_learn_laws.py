@@ -9,6 +9,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 from tests.commands_said import said
 
@@ -61,6 +62,7 @@ class Learner:
     def adapt(self, presses: Any) -> Learner:
         self.told.update(adapt=presses)
         self.adapted_to_ = len(presses)
+        self.learned_ = SimpleNamespace(drift={"touch": np.array([0.0, 0.5])})
         return self
 
     def explain(self, presses: Any) -> Any:

@@ -123,3 +123,25 @@ def test_five_presses_of_two_things_are_enough() -> None:
             InputError, match=f"the new presses are all of one thing{but}: what has drifted is not told"
         ):
             _check_enough(np.array(shares))
+
+
+def test_no_drift_leaves_fewer_presses_like_what_is_known_than_none_does(learned: Learned) -> None:
+    left_alone = 0
+    for seed in range(160, 240):
+        # Each thing has changed by itself, and nothing in common.
+        rng = np.random.default_rng(seed)
+        codes = rng.choice(3, 60, p=rng.dirichlet(np.ones(3)))
+        changed = MIDDLES + rng.normal(0, 0.8, (3, 3))
+        touch = changed[codes] + rng.normal(0, 0.5, (60, 3))
+        measures = {"touch": touch, "numbers": codes[:, None] + rng.normal(0, 0.3, (60, 1))}
+        try:
+            drift = estimate_drift(learned, measures, {}, 0.05)
+        except InputError:
+            continue
+        before, after = (
+            np.minimum(conformal_p_value(judging.judge(judging.scaled(measures))[1], learned.known) / 0.05, 1) ** 2
+            for judging in (learned, replace(learned, drift=drift))
+        )
+        assert after.sum() >= min(before.sum(), 0.95 * 60)
+        left_alone += not any(of.any() for of in drift.values())
+    assert 5 < left_alone < 20

@@ -215,6 +215,7 @@ def recognize(
             which = f"{some} of these {len(unlabelled)} presses" if left_out else all_of_them
             why = f"; {faint} that {'bears' if faint == 1 else 'bear'} next to nothing left out" if faint else ""
             why += f"; {counted(copies, 'copy', 'copies')} of others left out" if copies else ""
+            why += "" if any(of.any() for of in learned.learned_.drift.values()) else "; they have none in common"
             echo(f"note: drift since the model was learned was estimated from {which}{why}")
 
     def answer(file: str) -> None:

@@ -41,6 +41,8 @@ def estimate_drift(
 ) -> dict[str, Floats]:
     """Return by how much each standardized measure has shifted, shape (n_measures,) for each source.
 
+    Nothing has where a shift would make fewer presses like what is known than there are without it.
+
     Parameters
     ----------
     learned : Learned
@@ -61,19 +63,23 @@ def estimate_drift(
         name: np.stack([source.landmarks[codes == k].mean(axis=0) for k in range(codes.max() + 1)])
         for name, source in learned.sources.items()
     }
-    drift = {name: np.zeros(of.shape[1]) for name, of in measures.items()}
+    none = {name: np.zeros(of.shape[1]) for name, of in measures.items()}
+    drift, scaled = none, replace(learned, drift=none).scaled(measures)
+    said, believed = _judged(learned, scaled, error)
+    # Of what was learned no more are like it.
+    least = min(float(believed.sum()), (1 - error) * len(believed))
     by_forms = None if learned.forms is None else _judged(learned.forms, learned.forms.scaled(forms), error)
-    for step in range(_STEPS):
-        scaled = replace(learned, drift=drift).scaled(measures)
-        said, believed = _judged(learned, scaled, error)
-        if by_forms is not None:
-            said, believed = by_forms[0] if step == 0 else said, by_forms[1]
-        shares = believed[:, None] * np.exp(said)
+    said = said if by_forms is None else by_forms[0]
+    for _ in range(_STEPS):
+        shares = (believed if by_forms is None else by_forms[1])[:, None] * np.exp(said)
         _check_enough(shares)
         drift = {name: _shift(of, usual[name], shares, drift[name]) for name, of in scaled.items()}
+        scaled = replace(learned, drift=drift).scaled(measures)
+        said, believed = _judged(learned, scaled, error)
     if by_forms is not None:
-        _check_explained(by_forms[1], _judged(learned, replace(learned, drift=drift).scaled(measures), error)[1])
-    return drift
+        _check_explained(by_forms[1], believed)
+    # What makes fewer presses like what is known has led from one thing to the next.
+    return drift if believed.sum() >= least else none
 
 
 def _judged(learned: Learned, scaled: Mapping[str, Floats], error: float) -> tuple[Floats, Floats]:
