@@ -176,7 +176,69 @@ def test_a_first_column_that_counts_is_told_where_nothing_calls_it_a_time(
         "the first column counts 7 to 10: taken for seconds; if these are numbers of frames, call it frame",
     ) * told  # fmt: skip
     rows[3, 0] = 11
-    assert read(csv(tmp_path / "b.csv", rows, title and title + ",t" * 12), shape=(3, 4)).notes == ()
+    assert read(csv(tmp_path / "b.csv", rows, title and title + ",t" * 12), shape=(3, 4)).notes == (
+        "the first column, 'what', is taken for a time in seconds",
+    ) * (title == "what")  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("titles", "told"),
+    [("", True), ("time", True), ("frame,time", True), ("time_s", False), ("t/ms", False), ("frame,t_ms", False)],
+)
+def test_whole_numbers_far_apart_are_told_to_be_taken_for_seconds(tmp_path: Path, titles: str, told: bool) -> None:
+    """As a controller's ``millis()`` are."""
+    ahead = [np.arange(9)] * titles.count(",") + [np.arange(9) * 20 + 1203]
+    rows = np.column_stack([*ahead, np.random.default_rng(0).integers(0, 9, (9, 12))]).astype(float)
+    recording = read(csv(tmp_path / "a.csv", rows, titles and titles + ",p" * 12), shape=(3, 4))
+    assert recording.notes == (
+        "times are whole numbers 20 apart, taken for seconds; if they are milliseconds, call them time_ms",
+    ) * told  # fmt: skip
+    rows[4, len(ahead) - 1] += 0.5
+    assert not read(csv(tmp_path / "b.csv", rows, titles and titles + ",p" * 12), shape=(3, 4)).notes
+
+
+@pytest.mark.parametrize(("separator", "mark"), [(";", "."), ("\t", "."), (" ", "."), (";", ","), ("\t", ",")])
+def test_a_mark_between_thousands_is_no_decimal_sign(tmp_path: Path, separator: str, mark: str) -> None:
+    def saved(name: str, texts: list[list[str]]) -> Path:
+        (tmp_path / name).write_text("\n".join(separator.join(row) for row in texts).replace(".", mark) + "\n")
+        return tmp_path / name
+
+    counts = np.array([[998, 0, 1002, 12], [1040, 3, 997, 12], [999, 7, 1000, 12]])
+    parted = [[f"{count:,}".replace(",", ".") for count in row] for row in counts.tolist()]
+    with pytest.raises(FormatError, match="column 1 has numbers with a mark before just three digits, and others with"):
+        read(saved("a.csv", parted), shape=(2, 2))
+    # Fractions: as many digits everywhere, a column of them, other digits too, a number that nothing parts.
+    for name, change in {"b": [f"{k / 1000:.3f}" for k in (1998, 3000, 5125)], "c": ["1.25", "998", "1.002"],
+                         "d": ["0.250", "998", "1.002"], "e": ["1234", "998", "1.002"]}.items():  # fmt: skip
+        texts = [[cell, "0", "2", "12"] for cell in change]
+        assert read(saved(f"{name}.csv", texts), shape=(2, 2)).pads["pad"].frames[:, 0, 0].tolist() == [
+            float(cell) for cell in change
+        ]
+
+
+def test_a_comma_between_thousands_within_quotes_is_told(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text('1,2,3,4\n5,"1,006",7,8\n')
+    with pytest.raises(FormatError, match="must have 4 numbers like line 1, got 5; write numbers without commas in th"):
+        read(tmp_path / "a.csv", shape=(2, 2))
+
+
+@pytest.mark.parametrize("axis", [1, 2])
+def test_sums_and_numbers_beside_the_taxels_are_none(tmp_path: Path, axis: int) -> None:
+    frames = np.random.default_rng(0).integers(0, 9, (5, 4, 4))
+    what = {1: "row", 2: "column"}[axis]
+    total = np.concatenate([frames, frames.sum(axis=axis, keepdims=True)], axis=axis)
+    shape = (total.shape[1], total.shape[2])
+    with pytest.raises(FormatError, match=f"the last {what} is the sum of the others: leave it out"):
+        read(blocks(tmp_path / "a.csv", total))
+    np.testing.assert_array_equal(read(tmp_path / "a.csv", shape=shape).pads["pad"].frames, total)
+    total[2, -1, -1] += 1
+    assert read(blocks(tmp_path / "b.csv", total)).pads["pad"].shape == shape
+    head = np.arange(4).reshape((1, 1, 4) if axis == 1 else (1, 4, 1))
+    numbered = np.concatenate([np.repeat(head, 5, axis=0), frames], axis=axis)
+    with pytest.raises(
+        FormatError, match=f"the first {what} numbers the {({'row': 'columns', 'column': 'rows'})[what]}"
+    ):
+        read(blocks(tmp_path / "c.csv", numbered))
 
 
 @pytest.mark.parametrize(

@@ -1043,6 +1043,9 @@ TIME_TITLES = {
     "time[ns]": 1e-9,
     "time ms": 1e-3,
     **dict.fromkeys(("time_min", "time_minutes", "time (min)", "t [minutes]"), 60.0),
+    **dict.fromkeys(("time_h", "time (h)", "t [hours]", "t / h"), 3600.0),
+    **dict.fromkeys(("timems", "timestampms", "t/ms", "time / ms", "time ( ms )", "millisecond", "msecs"), 1e-3),
+    **dict.fromkeys(("micros", "time_micros", "usecs", "timeus"), 1e-6),
 }
 
 
@@ -1057,7 +1060,7 @@ def test_titles_of_times_say_their_unit(tmp_path: Path, title: str) -> None:
 
 @pytest.mark.parametrize(
     ("title", "unit_s"),
-    [("Zeit [ms]", 1e-3), ("elapsed_us", 1e-6), ("elapsed_msec", 1e-3), ("zeit_milliseconds", 1e-3), ("stamp (ns)", 1e-9), ("clock (min)", 60.0), ("clock_min", 1.0),
+    [("Zeit [ms]", 1e-3), ("Zeit/ms", 1e-3), ("elapsed [h]", 3600.0), ("elapsed_us", 1e-6), ("elapsed_msec", 1e-3), ("zeit_milliseconds", 1e-3), ("stamp (ns)", 1e-9), ("clock (min)", 60.0), ("clock_min", 1.0),
      ("clock", 1.0), ("terms", 1.0), ("clock_s_of_day", 1.0)],
 )  # fmt: skip
 def test_a_unit_at_the_end_of_any_title_before_the_taxels_is_that_of_the_time(

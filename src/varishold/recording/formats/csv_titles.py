@@ -22,22 +22,24 @@ __all__ = [
     "seconds_of",
 ]
 
-# What units of time are called, in seconds; minutes never alone, for min is the least.
+# What units of time are called, in seconds; those above a second never alone, for min is the least.
 _UNITS = {
-    **dict.fromkeys(("s", "sec", "secs", "seconds"), 1.0),
-    **dict.fromkeys(("ms", "msec", "millis", "milliseconds"), 1e-3),
-    **dict.fromkeys(("us", "\u00b5s", "\u03bcs", "usec", "microseconds"), 1e-6),
-    **dict.fromkeys(("ns", "nsec", "nanoseconds"), 1e-9),
+    **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0),
+    **dict.fromkeys(("ms", "msec", "msecs", "millis", "millisecond", "milliseconds"), 1e-3),
+    **dict.fromkeys(("us", "\u00b5s", "\u03bcs", "usec", "usecs", "micros", "microsecond", "microseconds"), 1e-6),
+    **dict.fromkeys(("ns", "nsec", "nsecs", "nanos", "nanosecond", "nanoseconds"), 1e-9),
 }
-_MINUTES = dict.fromkeys(("min", "minutes"), 60.0)
-_UNIT, _MINUTE = "|".join(_UNITS), "|".join(_MINUTES)
-_ANY_UNIT = f"{_UNIT}|{_MINUTE}"
+_LONG_UNITS = {**dict.fromkeys(("min", "minutes"), 60.0), **dict.fromkeys(("h", "hours"), 3600.0)}
+_UNIT, _LONG_UNIT = "|".join(_UNITS), "|".join(_LONG_UNITS)
+_ANY_UNIT = f"{_UNIT}|{_LONG_UNIT}"
+_IN_BRACKETS = rf"\(\s*({_ANY_UNIT})\s*\)|\[\s*({_ANY_UNIT})\s*\]|/\s*({_ANY_UNIT})"
 # What a time is called: a clock, a clock and its unit, or a unit.
 _CLOCK = re.compile(
-    rf"(?:time|t|timestamp)(?:[_ ]({_UNIT})| ?\(({_ANY_UNIT})\)| ?\[({_ANY_UNIT})\])?|time_({_MINUTE})|({_UNIT})"
+    rf"(?:time|t|timestamp)(?:[_ ]({_UNIT})|\s*(?:{_IN_BRACKETS}))?"
+    rf"|(?:time|timestamp)(ms|us|ns)|time_({_LONG_UNIT})|({_UNIT})"
 )
 # A unit at the end of a title that is not known.
-_UNIT_LAST = re.compile(rf"(?:[_ ]({_UNIT})|[(\[]\s*({_ANY_UNIT})\s*[)\]])\Z")
+_UNIT_LAST = re.compile(rf"(?:[_ ]({_UNIT})|{_IN_BRACKETS})\Z")
 #: Titles of columns that count lines.
 COUNTERS = ("", "frame", "index", "n", "#", "no", "nr", "unnamed: 0")
 
@@ -55,24 +57,24 @@ def names_time(title: str | None) -> bool:
 
     Examples
     --------
-    >>> names_time("timestamp_ns"), names_time("t [min]"), names_time("ms"), names_time("zeit [ms]"), names_time(None)
+    >>> names_time("timestamp_ns"), names_time("t / min"), names_time("ms"), names_time("zeit [ms]"), names_time(None)
     (True, True, True, False, False)
     """
     return title is not None and _CLOCK.fullmatch(title) is not None
 
 
-def seconds_of(title: str) -> float:
-    """Return the seconds in one unit of a time column, by its title in lower case; 1 where that says no unit.
+def seconds_of(title: str) -> float | None:
+    """Return the seconds in one unit of a time column, by its title in lower case; None where that says no unit.
 
     Examples
     --------
-    >>> seconds_of("timestamp_ns"), seconds_of("zeit [ms]"), seconds_of("elapsed_msec"), seconds_of("clock")
-    (1e-09, 0.001, 0.001, 1.0)
+    >>> seconds_of("timestamp_ns"), seconds_of("zeit/ms"), seconds_of("elapsed_msec"), seconds_of("clock")
+    (1e-09, 0.001, 0.001, None)
     """
     said = _CLOCK.fullmatch(title) or _UNIT_LAST.search(title)
     if said is None or said.lastindex is None:
-        return 1.0
-    return {**_UNITS, **_MINUTES}[said[said.lastindex]]
+        return None
+    return {**_UNITS, **_LONG_UNITS}[said[said.lastindex]]
 
 
 def counts_frames(column: NDArray[Any]) -> bool:
@@ -82,11 +84,11 @@ def counts_frames(column: NDArray[Any]) -> bool:
 
 def only_counts(row: NDArray[Any]) -> bool:
     """Tell whether a row is 0, 1, 2 ... or 1, 2, 3 ...: what stands above a table whose columns have no names."""
-    return row.size >= _FEWEST_COUNTED and row[0] in (0, 1) and bool((np.diff(row) == 1).all())
+    return row.size >= _FEWEST_COUNTED and _counts(row)
 
 
 def refuse_hidden_column(path: Path, frames: NDArray[Any]) -> None:
-    """Refuse frames, of a file that says nothing of its columns, whose first one is a time or numbers the rows.
+    """Refuse frames, of a file that says nothing of its columns, in which a column or a row is none of taxels.
 
     Parameters
     ----------
@@ -97,7 +99,8 @@ def refuse_hidden_column(path: Path, frames: NDArray[Any]) -> None:
     Raises
     ------
     FormatError
-        If the first column is the same all down each frame and rises from frame to frame, or counts the rows of all.
+        If the first column is the same all down each frame and rises from frame to frame, or counts the rows of all;
+        if the first row counts the columns of all; or if the last column or row is the sum of the others.
     """
     n, rows, cols = frames.shape
     first = frames[:, :, 0]
@@ -109,14 +112,22 @@ def refuse_hidden_column(path: Path, frames: NDArray[Any]) -> None:
             f"time, say the shape {rows}x{cols - 1}; if it is taxels, {rows}x{cols}",
             parameter="shape",
         )
-    if rows >= _FEWEST_ROWS and bool(
-        (first == first[0]).all() and (np.diff(first[0]) == 1).all() and first[0, 0] in (0, 1)
-    ):
-        raise FormatError(
-            f"{path}: the first column numbers the rows of each frame, {first[0, 0]:g} to {first[0, -1]:g}: leave it "
-            f"out; if it is taxels, say the shape {rows}x{cols}",
-            parameter="shape",
-        )
+    for what, others, lines in (("column", "rows", frames), ("row", "columns", frames.swapaxes(1, 2))):
+        first, last = lines[:, :, 0], lines[:, :, -1]
+        told = f"leave it out; if it is taxels, say the shape {rows}x{cols}"
+        if len(first[0]) >= _FEWEST_ROWS and bool((first == first[0]).all()) and _counts(first[0]):
+            raise FormatError(
+                f"{path}: the first {what} numbers the {others} of each frame, {first[0, 0]:g} to {first[0, -1]:g}: "
+                f"{told}",
+                parameter="shape",
+            )
+        if lines.shape[2] > _FEWEST_ROWS and last.any() and np.allclose(last, lines[:, :, :-1].sum(axis=2), 1e-9, 0.0):
+            raise FormatError(f"{path}: the last {what} is the sum of the others: {told}", parameter="shape")
+
+
+def _counts(line: NDArray[Any]) -> bool:
+    """Tell whether numbers are 0, 1, 2 ... or 1, 2, 3 ..."""
+    return line[0] in (0, 1) and bool((np.diff(line) == 1).all())
 
 
 def check_order(path: Path, titles: Sequence[str], shape: tuple[int, int]) -> None:

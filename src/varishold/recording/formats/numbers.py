@@ -24,6 +24,9 @@ __all__ = ["NO_NUMBER", "Rows", "Separator", "as_counts", "as_number", "separato
 NO_NUMBER = ("", "nan", "na", "n/a", "null", "none", "-nan")
 # What a list begins with.
 _LIST = ("[", "(")
+# What no text has in which a point parts thousands: a fraction of other than three digits, or below 1; 1000 unparted.
+_NO_THOUSANDS = re.compile(r"\d{4}|\.(?!\d{3}(?!\d))|(?<!\d)0*\.|[eE]")
+_NO_DIGITS = str.maketrans("", "", "+-0123456789")
 # A day or a time of day.
 _DATE = re.compile(r"\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}|\d{1,2}:\d\d")
 
@@ -109,6 +112,8 @@ class Rows:
         self._values: NDArray[Any] = np.empty((0, 0))
         self._first_line = 0
         self._whole = True
+        # Columns of cells with a point before three digits, and of whole numbers, as long as all may be thousands.
+        self._thousands: tuple[set[int], set[int]] | None = (set(), set())
         self.n = 0
         self.width = 0
 
@@ -125,6 +130,9 @@ class Rows:
         if values is None:
             values = self._slowly(plain, numbers)
         self._whole = self._whole and not any("." in line or "e" in line or "E" in line for line in plain)
+        # Where points stand in the same cells of all lines, they are columns of fractions.
+        if not self._whole and self._thousands is not None and len({line.translate(_NO_DIGITS) for line in plain}) > 1:
+            self._look_for_thousands(plain)
         self._grow(self.n + len(values))
         self._values[self.n : self.n + len(values)] = values
         self.n += len(values)
@@ -136,11 +144,29 @@ class Rows:
 
     def values(self) -> NDArray[Any]:
         """Return all rows, shape (n, width): int32 where no cell had a fraction, float64 otherwise."""
+        if self._thousands is not None and (both := sorted(set.intersection(*self._thousands))):
+            raise FormatError(
+                f"{self._path}: column {both[0] + 1} has numbers with a mark before just three digits, and others "
+                "without: write numbers without a mark between thousands, or all with as many digits behind the point"
+            )
         values = self._values[: self.n]
         if self._whole and not self._blanks and values.size and np.abs(values).max() < 2**31:
             return values.astype(np.int32)
         self._values = np.empty((0, 0))
         return values
+
+    def _look_for_thousands(self, lines: list[str]) -> None:
+        """Note where a point may part thousands, as in 999 and 1.002: with one it is no fraction."""
+        pointed, whole = self._thousands or (set(), set())
+        for line in lines:
+            if _NO_THOUSANDS.search(line):
+                self._thousands = None
+                return
+            for column, cell in enumerate(self._separator.cells(line)):
+                if "." in cell:
+                    pointed.add(column)
+                elif cell.strip("+-0"):
+                    whole.add(column)
 
     def _grow(self, needed: int) -> None:
         if needed * self.width * 8 > LARGEST_BYTES:
@@ -174,10 +200,11 @@ class Rows:
         for line, number in zip(lines, numbers, strict=True):
             cells = self._separator.cells(line)
             if len(cells) != self.width:
+                remedy = "; write numbers without commas in them" if '"' in line else ""
                 raise FormatError(
                     f"{self._path}: line {number} must have {counted(self.width, 'number')} "
                     f"like line {self._first_line}, "
-                    f"got {len(cells)}"
+                    f"got {len(cells)}{remedy}"
                 )
             rows.append([self._number(cell, number, column) for column, cell in enumerate(cells, 1)])
         return np.array(rows)

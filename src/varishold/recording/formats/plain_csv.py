@@ -38,6 +38,8 @@ __all__ = ["FORMAT", "read_rows"]
 _JSON = ("{", "[")
 # A clock without a title that goes back in a larger share of frames is none, nor is one that stands in more frames.
 _BACK, _FEW = 0.25, 2
+# So many whole numbers so far apart are rather milliseconds than seconds.
+_FEWEST_TIMES, _ODD_STEP_S = 4, 2.0
 # Bytes, in any encoding.
 _LARGEST_CHARACTER = 4
 # A quoted cell without a sign that could separate: with a comma in it nobody knows what the comma is.
@@ -71,12 +73,8 @@ def _read(path: Path, options: Options) -> Recording:
         table = _without_counts(table, options)
         time, frames = _from_lines(path, table, options)
     frames, valid, said = _without_gaps(path, frames)
-    if time is not None and not names_time(table.title) and table.dates is None and counts_frames(time):
-        said = (
-            *said,
-            f"the first column counts {time[0]:g} to {time[-1]:g}: taken for seconds; if these are numbers of "
-            "frames, call it frame",
-        )
+    if time is not None and table.dates is None:
+        said = (*said, *_doubted_clock(table, time))
     try:
         pad = Pad(frames, valid=valid, pitch_m=options.pitch_m, polarity=options.polarity)
         return Recording(
@@ -344,13 +342,36 @@ def _time(path: Path, table: _Table, ahead: int, height: int) -> NDArray[np.floa
     if ahead == 2:
         called = [title.lower() for title in table.titles[:2]]
         clock = next(k for k in (0, 1) if names_time(called[k]))
-        return table.rows[::height, clock] * seconds_of(called[clock])
+        return table.rows[::height, clock] * (seconds_of(called[clock]) or 1.0)
     if not ahead or table.title in COUNTERS:
         return None
-    time = table.rows[::height, 0] * seconds_of(table.title or "")
+    time = table.rows[::height, 0] * (seconds_of(table.title or "") or 1.0)
     if not names_time(table.title):
         _check_runs(path, table, time)
     return time
+
+
+def _doubted_clock(table: _Table, time: NDArray[np.float64]) -> list[str]:
+    """Say what was assumed of a time that its title does not tell."""
+    title = table.title or ""
+    if title in COUNTERS and len(table.titles) > 1:
+        title = table.titles[1].lower()
+    if seconds_of(title) is not None:
+        return []
+    if not names_time(title):
+        if counts_frames(time):
+            return [
+                f"the first column counts {time[0]:g} to {time[-1]:g}: taken for seconds; if these are numbers of "
+                "frames, call it frame"
+            ]
+        if title:
+            return [f"the first column, {title[:40]!r}, is taken for a time in seconds"]
+    step = float(np.median(np.diff(time))) if len(time) >= _FEWEST_TIMES else 0.0
+    if step >= _ODD_STEP_S and np.array_equal(time, np.trunc(time)):
+        return [
+            f"times are whole numbers {step:g} apart, taken for seconds; if they are milliseconds, call them time_ms"
+        ]
+    return []
 
 
 def _check_runs(path: Path, table: _Table, time: NDArray[np.float64]) -> None:
