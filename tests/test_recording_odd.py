@@ -543,3 +543,10 @@ def test_what_is_beside_frames_is_one_row_and_known(what: str, given: object, sa
         Recording({"pad": Pad(frames)}, press=np.arange(3), press_columns={"label": [["a"], "b", "c"]})  # type: ignore[dict-item]
     with pytest.raises(InputError, match=r"positions_m must be finite .* got rows of different lengths"):
         Pad(frames[:, :1], positions_m=[[0, 0], [1], [0, 1], [1, 1]])  # type: ignore[arg-type]
+
+
+def test_a_pitch_in_millimetres_is_told_to_be_passed_over(tmp_path: Path) -> None:
+    np.savez(tmp_path / "a.npz", pressure=np.arange(48).reshape(3, 4, 4), pitch_mm=2.0, unit="raw")
+    recording = read(tmp_path / "a.npz")
+    assert recording.notes == ("passed over, for it is no part of a recording: pitch_mm",)
+    assert recording.pads["pad"].pitch_m is None

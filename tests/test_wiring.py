@@ -89,6 +89,14 @@ def test_combs_noise_and_nothing_are_not_doubted() -> None:
         assert words == () or frames is comb or frames.base is comb
 
 
+@pytest.mark.parametrize(("dtype", "scale"), [(np.float16, 6e4), (np.float32, 1e38)])
+def test_sums_do_not_overflow_in_the_type_of_the_readings(dtype: type[np.floating], scale: float) -> None:
+    frames = reversed_rows(pressed((12, 18), 3, forms=("ball",)))
+    small = (scale / frames.max() * frames).astype(dtype)
+    works = np.ones((12, 18), np.bool_)
+    assert wiring_words(small, works) == wiring_words(small.astype(np.float64), works) != ()
+
+
 def test_info_and_touch_tell_of_it(tmp_path: Path) -> None:
     file = str(tmp_path / "snake.npz")
     write(Recording({"palm": Pad(reversed_rows(100.0 + 1000.0 * pressed((12, 18), 3, forms=("ball",))))}), file)

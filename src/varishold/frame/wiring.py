@@ -61,7 +61,8 @@ def wiring_words(frames: NDArray[Any], usable: NDArray[np.bool_]) -> tuple[str, 
 
 def _pressed(frames: NDArray[Any], usable: NDArray[np.bool_]) -> Floats:
     """Return frames in which much presses, without what the least pressed one shows; shape (n, rows, cols)."""
-    seen = np.where(usable, frames, 0.0)
+    # Sums of float16 and float32 overflow.
+    seen = np.where(usable, frames, 0.0).astype(np.float64, copy=False)
     if not np.isfinite(seen).all():
         return seen[:0]
     seen -= seen[np.argmin(np.abs(seen).sum(axis=(1, 2)))]

@@ -164,7 +164,7 @@ def stored_in(
         raise FormatError(f"{path}: {error}") from error
     notes = (*notes, *(note for _, said in columns.values() for note in said))
     # The pitch is not asked for where a person has said it.
-    passed = [name for name in arrays.unread if not name.startswith(("pitch_m", TRUTH))]
+    passed = [name for name in arrays.unread if name != "pitch_m" and not name.startswith(("pitch_m.", TRUTH))]
     if passed:
         told = ", ".join(passed[:_TOLD]) + (", ..." if len(passed) > _TOLD else "")
         notes = (*notes, f"passed over, for it is no part of a recording: {told}")
