@@ -69,6 +69,21 @@ def test_lines_of_json_are_seen_by_their_first_character() -> None:
     assert found == [{"pad": [[1, 2], [3, 4]]}, {"pad": [[5, 6], [7, 8]]}]
 
 
+@pytest.mark.parametrize("separator", [";", "\t", " ; "])
+def test_beside_semicolons_and_tabs_a_comma_is_a_decimal_sign(separator: str) -> None:
+    """As in files."""
+    frames = [[[0.5, 1, 12.25], [2, -0.125, 3]], [[0, 7.5, 1], [1.5, 2, 4]]] * 2
+    rows = "".join("\n".join(separator.join(map(str, row)) for row in frame) + "\n\n" for frame in frames)
+    lines = "\n".join(separator.join(str(value) for row in frame for value in row) for frame in frames) + separator
+    for address, text in (("stdin:", rows), ("stdin:?shape=2x3", lines)):
+        assert _read(address, text.replace(".", ",").encode())[0] == _read(address, text.encode())[0] != []
+    # Where commas separate as well they are no decimal signs.
+    assert _read("stdin:?shape=2x3", b"1,2,3;4,5,6\n1,2.5,3;4,5,6\n")[0] == [
+        {"pad": [[1, 2, 3], [4, 5, 6]]},
+        {"pad": [[1, 2.5, 3], [4, 5, 6]]},
+    ]
+
+
 def test_a_rate_gives_the_frames_their_times() -> None:
     read = READ.replace(
         "json.dumps({name: values.tolist() for name, values in sample.pads.items()})", "sample.device_time_s"

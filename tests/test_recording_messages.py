@@ -297,6 +297,20 @@ def test_rows_and_columns_of_json_are_pads_by_any_name() -> None:
     assert said.time_s == 2
 
 
+@pytest.mark.parametrize("sides", [("rows", "cols"), ("Rows", "columns"), ("n_rows", "n_cols"), ("height", "width")])
+def test_rows_and_columns_that_are_said_beside_values_are_theirs(sides: tuple[str, str]) -> None:
+    said = dict(zip(sides, (2, 3), strict=True))
+    grid = np.arange(6).reshape(2, 3)
+    read = read_message({**said, "data": grid.ravel().tolist(), "t_s": 1.0})
+    np.testing.assert_array_equal(read.pads["pad"].values, grid)
+    axes = read_message({**said, "data": [[0, 0, value] for value in grid.ravel().tolist()]})
+    np.testing.assert_array_equal(axes.pads["pad"].values, grid)
+    # A person's word goes before, and values that do not fit stay in their row.
+    assert read_message({**said, "data": [0] * 6}, shape=(3, 2)).pads["pad"].values.shape == (3, 2)
+    assert read_message({**said, "data": [0] * 7}).pads["pad"].values.shape == (7,)
+    assert read_message({**said, "data": grid.T.tolist()}).pads["pad"].values.shape == (3, 2)
+
+
 def multi_array(values: np.ndarray, sizes: list[int], **layout: Any) -> dict[str, Any]:
     strides = [int(np.prod(sizes[at:])) for at in range(len(sizes))]
     dims = [{"label": "", "size": size, "stride": stride} for size, stride in zip(sizes, strides, strict=True)]

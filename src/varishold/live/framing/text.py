@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -27,6 +28,9 @@ _MOST_BEFORE = 4
 # So many characters of a line are shown where it is told what was wrong with it.
 _SHOWN = 40
 _SEPARATORS = bytes.maketrans(b",;\t", b"   ")
+# Numbers with decimal commas, which semicolons or tabs separate.
+_COMMA_NUMBER = rb" *[-+]?\d+(?:,\d+)? *"
+_DECIMAL_COMMAS = re.compile(rb"%b(?:[;\t]%b)+[;\t]?\s*" % (_COMMA_NUMBER, _COMMA_NUMBER))
 
 Frame = NDArray[np.float64]
 
@@ -147,9 +151,17 @@ class TextDecoder:
 
 
 def numbers_of(line: bytes) -> list[float] | None:
-    """Return the numbers of a line, none of a blank one; None where something in it is no number."""
+    """Return the numbers of a line, none of a blank one; None where something in it is no number.
+
+    Examples
+    --------
+    >>> numbers_of(b"1,5;2;-0,25"), numbers_of(b"1,2,3;4,5,6"), numbers_of(b"1,\\t2"), numbers_of(b"F: 1")
+    ([1.5, 2.0, -0.25], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], [1.0, 2.0], None)
+    """
     if b"_" in line:
         return None
+    if b"," in line and (b";" in line or b"\t" in line) and _DECIMAL_COMMAS.fullmatch(line):
+        line = line.replace(b",", b".")
     try:
         return [float(word) for word in line.translate(_SEPARATORS).strip(b" \r[]{}").split()]
     except ValueError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,8 @@ __all__ = ["asked_pads", "grids_pads", "multi_array_pads", "plain_pads"]
 
 # What an array of pressures is called where it stands alone, likeliest first.
 _PLAIN = ("pressure", "pressures", "values", "data", "taxels", "tactile", "tactile_data", "readings", "value")
+# What says beside it how many rows and columns there are.
+_SIDES = (("rows", "cols"), ("rows", "columns"), ("n_rows", "n_cols"), ("height", "width"))
 _CHANNELS = ("channel", "channels", "axis", "axes", "xyz", "component", "components")
 
 
@@ -60,11 +63,21 @@ def plain_pads(fields: Fields, asked: Asked) -> dict[str, MessagePad] | None:
     for name in _PLAIN:
         values = numbers_in(fields.get(name))
         if values is not None:
-            pads = _plain_pads(values, asked)
+            pads = _plain_pads(values, asked if asked.shape else replace(asked, shape=_said_shape(fields, values)))
             warmth = numbers_in(fields.get("temperature"))
             if pads and warmth is not None and warmth.ndim == 1 and warmth.size:
                 pads["temperature."] = signal_pad(warmth)
             return pads
+    return None
+
+
+def _said_shape(fields: Fields, values: NDArray[Any]) -> tuple[int, int] | None:
+    """Return the rows and columns that fields beside values say; None where the values do not fit them."""
+    n_taxels = len(values) if values.ndim == 1 or values.shape[1:] == (3,) else 0
+    for names in _SIDES:
+        rows, cols = (int(number_at(fields, name) or 0) for name in names)
+        if rows * cols == n_taxels and rows > 0:
+            return rows, cols
     return None
 
 
