@@ -212,6 +212,28 @@ def test_a_silent_source_ends_a_recording_that_is_to_take_so_long(tmp_path: Path
     assert read(path).n_frames == 1
 
 
+class InPieces(Scripted):
+    """A pipe whose readings are longer than what is read of it at once."""
+
+    pieces = 400
+
+    def read(self, timeout_s: float) -> list[Sample]:
+        self.pieces -= 1
+        return [] if self.pieces >= 0 else super().read(timeout_s)
+
+
+def test_a_reading_that_comes_in_pieces_is_not_waited_for_between_them(tmp_path: Path) -> None:
+    source = InPieces()
+    source.script.put(sample(0))
+    source.script.put(EndOfSourceError("all"))
+    begun_s = time.monotonic()
+    with Recorder(source, tmp_path / "a.mcap") as recorder:
+        assert recorder.wait(60)
+    # Of a twentieth of a second a piece it would be twenty.
+    assert time.monotonic() - begun_s < 10
+    assert read(tmp_path / "a.mcap").n_frames == 1
+
+
 def test_a_source_without_a_reading_leaves_no_file(tmp_path: Path) -> None:
     source = Scripted()
     source.script.put(EndOfSourceError("nothing"))

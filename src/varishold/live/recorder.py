@@ -175,7 +175,7 @@ class Recorder:
             file.look()
             over = over or unwanted
             if not (over or samples):
-                self._unwanted.wait(_LOOK_S)
+                self._unwanted.wait(self._feed.pause_s)
 
 
 class _Feed(Protocol):
@@ -190,6 +190,11 @@ class _Feed(Protocol):
     @property
     def missed(self) -> int: ...
 
+    @property
+    def pause_s(self) -> float:
+        """How long to wait where nothing has come."""
+        ...
+
     def take(self) -> tuple[list[Sample], bool]:
         """Return what has come, and whether that was all."""
         ...
@@ -199,6 +204,8 @@ class _Feed(Protocol):
 
 class _Streamed:
     """The samples of a stream, which waits for nobody."""
+
+    pause_s = _LOOK_S
 
     def __init__(self, stream: Stream, from_now: bool) -> None:
         self.source, self._reader = stream, stream.reader()
@@ -225,7 +232,8 @@ class _Streamed:
 class _Read:
     """The samples of a source, which waits until they are taken."""
 
-    missed = 0
+    # A read waits itself, or gives part of a reading.
+    missed, pause_s = 0, 0.0
 
     def __init__(self, source: Source) -> None:
         self.source, self._opened = source, False
