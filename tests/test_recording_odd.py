@@ -216,6 +216,15 @@ def test_a_mark_between_thousands_is_no_decimal_sign(tmp_path: Path, separator: 
         ]
 
 
+def test_a_mark_between_thousands_of_xsensor_is_told_once_with_its_file(tmp_path: Path) -> None:
+    head = "Rows:,1\nColumns:,2\n"
+    (tmp_path / "a.csv").write_text(f'{head}"1,024",3\n{head}998,"1,003"\n')
+    with pytest.raises(
+        FormatError, match=r"^(?!.*a\.csv.*a\.csv).*a\.csv: column 1 has numbers with a mark before just"
+    ):
+        read(tmp_path / "a.csv")
+
+
 def test_a_comma_between_thousands_within_quotes_is_told(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text('1,2,3,4\n5,"1,006",7,8\n')
     with pytest.raises(FormatError, match="must have 4 numbers like line 1, got 5; write numbers without commas in th"):

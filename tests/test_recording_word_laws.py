@@ -968,6 +968,10 @@ def test_clocks_of_xsensor_are_seconds_of_a_day(tmp_path: Path) -> None:
     recording = read(path)
     assert recording.time_s is not None
     assert recording.time_s.tolist() == [0, 7200]
+    path.write_text(XSENSOR.replace("10:00:01.5", "23:59:58.5").replace("10:01:03.0", "00:00:01.0"))
+    over_midnight = read(path)
+    assert over_midnight.time_s is not None
+    assert over_midnight.time_s.tolist() == [0, 2.5]
     path.write_text(XSENSOR.replace("10:01:03.0", "noon").replace("Units:", "Pressure Units:"))
     recording = read(path)
     assert recording.time_s is None

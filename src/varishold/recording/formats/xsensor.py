@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from varishold._counted import counted
 from varishold.errors import FormatError, InputError
@@ -21,6 +22,7 @@ __all__ = ["FORMAT"]
 _KEY = re.compile(r"^\s*\"?([A-Za-z][^:;,\"]*):\"?\s*(?:[,;](.*))?$")
 _CLOCK = re.compile(r"^(\d{1,3}):(\d{2}):(\d{2}(?:[.,]\d+)?)$")
 _LARGEST_SIDE = 10_000
+_DAY_S = 86_400.0
 
 
 def _recognizes(path: Path, head: bytes) -> bool:
@@ -68,12 +70,12 @@ def _read(path: Path, options: Options) -> Recording:
             raise FormatError(f"{path}: frame {frame} (line {at}) has {counted(end - row, 'row')}, Rows says {height}")
     times = [_seconds(clock) for clock in clocks]
     known = [time for time in times if time is not None]
+    frames = rows.values().reshape(-1, height, width)
     try:
-        frames = rows.values().reshape(-1, height, width)
         pad = Pad(frames, pitch_m=options.pitch_m, polarity=options.polarity)
         return Recording(
             {UNNAMED_PAD: pad},
-            time_s=np.array(known) - known[0] if known and len(known) == len(times) else None,
+            time_s=_from_first(np.array(known)) if known and len(known) == len(times) else None,
             unit=keys.get("units") or keys.get("pressure units") or "raw",
             sensor=keys.get("sensor", ""),
             source=str(path),
@@ -100,6 +102,12 @@ def _seconds(clock: str) -> float | None:
     if not match:
         return None
     return int(match[1]) * 3600 + int(match[2]) * 60 + float(match[3].replace(",", "."))
+
+
+def _from_first(clock_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return times of day as seconds since the first, those behind a midnight too."""
+    midnights = np.cumsum(np.diff(clock_s, prepend=clock_s[0]) < -_DAY_S / 2)
+    return clock_s - clock_s[0] + _DAY_S * midnights
 
 
 def _clock_notes(clocks: list[str], times: list[float | None]) -> list[str]:
