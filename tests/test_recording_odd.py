@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -552,6 +553,26 @@ def test_what_is_beside_frames_is_one_row_and_known(what: str, given: object, sa
         Recording({"pad": Pad(frames)}, press=np.arange(3), press_columns={"label": [["a"], "b", "c"]})  # type: ignore[dict-item]
     with pytest.raises(InputError, match=r"positions_m must be finite .* got rows of different lengths"):
         Pad(frames[:, :1], positions_m=[[0, 0], [1], [0, 1], [1, 1]])  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "members",
+    [
+        {"[Content_Types].xml": "<Types/>", "xl/workbook.xml": "<workbook/>"},
+        {"docProps/app.xml": "<Properties/>", "xl/worksheets/sheet1.xml": "<worksheet/>"},
+        {"mimetype": "application/vnd.oasis.opendocument.spreadsheet", "content.xml": "<content/>"},
+        None,
+    ],
+)
+def test_a_workbook_is_told_to_be_one(tmp_path: Path, members: dict[str, str] | None) -> None:
+    if members is None:
+        (tmp_path / "a.xls").write_bytes(bytes.fromhex("d0cf11e0a1b11ae1") + bytes(600))
+    else:
+        with zipfile.ZipFile(tmp_path / "a.xls", "w") as archive:
+            for name, text in members.items():
+                archive.writestr(name, text)
+    with pytest.raises(FormatError, match=r"a\.xls: is a workbook, which is no known format; save its sheet as CSV$"):
+        read(tmp_path / "a.xls")
 
 
 def test_a_pitch_in_millimetres_is_told_to_be_passed_over(tmp_path: Path) -> None:

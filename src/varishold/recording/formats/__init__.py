@@ -72,6 +72,7 @@ FORMATS: Mapping[str, Format] = _Registry(
 _PROMISED = {".npz": "npz", ".npy": "npy", ".mcap": "mcap", ".h5": "hdf5", ".hdf5": "hdf5", ".parquet": "parquet"}
 
 _SPOILT = "whose 8 bits and packing spoil depth; save its frames as PNG of 16 bits, TIFF or NPZ"
+_WORKBOOK = "a workbook, which is no known format; save its sheet as CSV"
 # First bytes of files that hold recordings only inside something else, and what to do about them.
 _WRAPPED = {
     b"\x1f\x8b": "is compressed with gzip; unpack it first (gunzip)",
@@ -79,6 +80,7 @@ _WRAPPED = {
     b"\xfd7zXZ": "is compressed with xz; unpack it first (unxz)",
     b"\x28\xb5\x2f\xfd": "is compressed with zstd; unpack it first (unzstd)",
     b"\x80": "looks like a pickle, which is never loaded; save the frames with numpy.save",
+    b"\xd0\xcf\x11\xe0": f"is {_WORKBOOK}",
     b"%PDF": "is a PDF, which is no known format; save the numbers themselves as CSV or NPZ",
     b"\xff\xd8\xff": "is a JPEG picture, whose packing spoils depth; save PNG of 16 bits, TIFF or NPZ",
     b"\x1a\x45\xdf\xa3": f"is a video, {_SPOILT}",
@@ -86,6 +88,8 @@ _WRAPPED = {
 }
 # A video's mark stands behind the length of its first part.
 _VIDEO = (b"ftyp", slice(4, 8))
+# What stands in the first parts of a workbook, which is an archive.
+_ARCHIVE, _OF_WORKBOOKS = b"PK\x03\x04", (b"xl/work", b"application/vnd.oasis.opendocument.spreadsheet")
 _HEAD = 1 << 16
 # Bytes of a file that is not read at once where it need not be.
 _LARGE = 1 << 26
@@ -187,6 +191,8 @@ def format_of(path: str | os.PathLike[str]) -> Format:
     for start, advice in _WRAPPED.items():
         if head.startswith(start):
             raise FormatError(f"{file}: {advice}")
+    if head.startswith(_ARCHIVE) and any(mark in head for mark in _OF_WORKBOOKS):
+        raise FormatError(f"{file}: is {_WORKBOOK}")
     made = kind_made(file) if file.name != "-" else None
     if made is not None:
         raise FormatError(f"{file}: is a {made.title}, and no recording")
