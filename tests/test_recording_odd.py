@@ -241,6 +241,10 @@ def test_sums_and_numbers_beside_the_taxels_are_none(tmp_path: Path, axis: int) 
     with pytest.raises(FormatError, match=f"the last {what} is the sum of the others: leave it out"):
         read(blocks(tmp_path / "a.csv", total))
     np.testing.assert_array_equal(read(tmp_path / "a.csv", shape=shape).pads["pad"].frames, total)
+    # What presses two lines of taxels alike, and nothing else, is no sum.
+    bar = np.zeros((5, 5, 5), int)
+    bar[2:, :, -2:] = bar[2:, -2:] = 7
+    assert read(blocks(tmp_path / "bar.csv", bar)).pads["pad"].shape == (5, 5)
     total[2, -1, -1] += 1
     assert read(blocks(tmp_path / "b.csv", total)).pads["pad"].shape == shape
     head = np.arange(4).reshape((1, 1, 4) if axis == 1 else (1, 4, 1))

@@ -112,16 +112,17 @@ def refuse_hidden_column(path: Path, frames: NDArray[Any]) -> None:
             f"time, say the shape {rows}x{cols - 1}; if it is taxels, {rows}x{cols}",
             parameter="shape",
         )
-    for what, others, lines in (("column", "rows", frames), ("row", "columns", frames.swapaxes(1, 2))):
+    for what, crossed, lines in (("column", "rows", frames), ("row", "columns", frames.swapaxes(1, 2))):
         first, last = lines[:, :, 0], lines[:, :, -1]
         told = f"leave it out; if it is taxels, say the shape {rows}x{cols}"
         if len(first[0]) >= _FEWEST_ROWS and bool((first == first[0]).all()) and _counts(first[0]):
             raise FormatError(
-                f"{path}: the first {what} numbers the {others} of each frame, {first[0, 0]:g} to {first[0, -1]:g}: "
+                f"{path}: the first {what} numbers the {crossed} of each frame, {first[0, 0]:g} to {first[0, -1]:g}: "
                 f"{told}",
                 parameter="shape",
             )
-        if lines.shape[2] > _FEWEST_ROWS and last.any() and np.allclose(last, lines[:, :, :-1].sum(axis=2), 1e-9, 0.0):
+        before = lines[:, :, :-1]
+        if (np.count_nonzero(before, axis=2) > 2).any() and np.allclose(last, before.sum(axis=2), 1e-9, 0.0):
             raise FormatError(f"{path}: the last {what} is the sum of the others: {told}", parameter="shape")
 
 
