@@ -501,7 +501,7 @@ def test_names_that_no_recording_could_hold_stand_as_their_codes(sent: str, pad:
     assert found.isprintable()
 
 
-@pytest.mark.parametrize("key", ["name", "pad", "sensor", "sensor_name", "sensor_id"])
+@pytest.mark.parametrize("key", ["name", "pad", "sensor", "sensor_name", "sensor_id", "finger"])
 @pytest.mark.parametrize("said", ["left", 3])
 def test_pads_that_come_in_turn_say_which_they_are(key: str, said: str | int) -> None:
     for values in ([[1, 2], [3, 4]], [1, 2, 3, 4]):

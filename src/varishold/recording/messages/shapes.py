@@ -68,7 +68,7 @@ class MessageShape:
 
 
 # A person's own JSON: fields that say which pad it is of; a number called id is that of the message as often.
-_PLAIN_NAMES = ("name", "pad", "sensor", "sensor_name", "sensor_id")
+_PLAIN_NAMES = ("name", "pad", "sensor", "sensor_name", "sensor_id", "finger")
 # The name of a time says its unit.
 _PLAIN_CLOCK = (
     *(
