@@ -276,6 +276,15 @@ def test_a_table_of_presses_whose_taxels_are_not_called_so_is_told_what_to_call_
         read(tmp_path / "c.csv", shape=(1, 2))
 
 
+@pytest.mark.parametrize("words", ["time_ms,a,b", "ms,kPa,kPa", "Date: today", "End"])
+def test_a_line_of_words_among_numbers_is_told_to_be_left_out(tmp_path: Path, words: str) -> None:
+    for name, lines in (("a", ["time_ms,a,b", words, "0,1,2"]), ("b", ["time_ms,a,b", "0,1,2", words, "20,1,2"])):
+        (tmp_path / f"{name}.csv").write_text("\n".join(lines) + "\n")
+        told = "no number stands in this line: leave it out$" if name == "a" or "," in words else "must have 3 numbers"
+        with pytest.raises(FormatError, match=told):
+            read(tmp_path / f"{name}.csv", shape=(1, 2))
+
+
 @pytest.mark.parametrize("end", ["\r\r\n", "\n\n", "\r\n\r\n"])
 @pytest.mark.parametrize("ahead", ["", "time_ms"])
 def test_ends_of_line_that_were_written_twice_part_no_frames(tmp_path: Path, end: str, ahead: str) -> None:

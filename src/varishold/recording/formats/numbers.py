@@ -206,10 +206,11 @@ class Rows:
                     f"like line {self._first_line}, "
                     f"got {len(cells)}{remedy}"
                 )
-            rows.append([self._number(cell, number, column) for column, cell in enumerate(cells, 1)])
+            rows.append([self._number(cells, number, column) for column in range(1, len(cells) + 1)])
         return np.array(rows)
 
-    def _number(self, cell: str, line: int, column: int) -> float:
+    def _number(self, cells: list[str], line: int, column: int) -> float:
+        cell = cells[column - 1]
         if cell in self._blanks or (self._gaps and cell.strip("\"'").lower() in NO_NUMBER):
             return math.nan
         value = as_number(cell)
@@ -219,6 +220,8 @@ class Rows:
                 remedy = "; a list in one cell: write a column for each of its numbers"
             elif _DATE.match(bare):
                 remedy = "; a date or a time of day: write seconds, or leave the column out"
+            elif bare[:1].isalpha() and not any(as_number(each) is not None for each in cells):
+                remedy = "; no number stands in this line: leave it out"
             elif self._titles and bare[:1].isalpha():
                 remedy = "; where each row is a press, call the columns of taxels NAME.ROW.COLUMN in line 1"
             raise FormatError(f"{self._path}: line {line}, column {column} must be a number, got {cell[:40]!r}{remedy}")
