@@ -107,7 +107,8 @@ def _seconds(clock: str) -> float | None:
 def _from_first(clock_s: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return times of day as seconds since the first, those behind a midnight too."""
     midnights = np.cumsum(np.diff(clock_s, prepend=clock_s[0]) < -_DAY_S / 2)
-    return clock_s - clock_s[0] + _DAY_S * midnights
+    since_s: NDArray[np.float64] = clock_s - clock_s[0] + _DAY_S * midnights
+    return since_s
 
 
 def _clock_notes(clocks: list[str], times: list[float | None]) -> list[str]:
