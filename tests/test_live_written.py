@@ -46,7 +46,7 @@ def _writing(recorder: Recorder, takes: list[tuple[list[Any], bool]], file: Writ
         did.append("takes")
         return coming.popleft()
 
-    recorder._feed = SimpleNamespace(take=take, missed=7)  # type: ignore[assignment]
+    recorder._feed = SimpleNamespace(take=take, missed=7, pause_s=0.05)  # type: ignore[assignment]
     recorder._unwanted.wait = lambda timeout_s=None: did.append(f"waits {timeout_s}") or False  # type: ignore[func-returns-value, method-assign]
     recorder._write(file)  # type: ignore[arg-type]
     return did
