@@ -226,6 +226,16 @@ def test_a_mark_between_thousands_of_xsensor_is_told_once_with_its_file(tmp_path
         read(tmp_path / "a.csv")
 
 
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_decimal_commas_may_stand_in_quotes(tmp_path: Path, separator: str) -> None:
+    for name, quote in (("a", ""), ("b", '"')):
+        lines = ["0,5 1,25 2 3", "4,5 5 6,125 7"]
+        text = "\n".join(separator.join(f"{quote}{cell}{quote}" for cell in line.split()) for line in lines)
+        (tmp_path / f"{name}.csv").write_text(text + "\n")
+        frames = read(tmp_path / f"{name}.csv", shape=(2, 2)).pads["pad"].frames
+        assert frames.reshape(2, 4).tolist() == [[0.5, 1.25, 2, 3], [4.5, 5, 6.125, 7]]
+
+
 def test_a_comma_between_thousands_within_quotes_is_told(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text('1,2,3,4\n5,"1,006",7,8\n')
     with pytest.raises(FormatError, match="must have 4 numbers like line 1, got 5; write numbers without commas in th"):

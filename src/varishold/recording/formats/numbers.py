@@ -45,7 +45,8 @@ class Separator:
         """Return a line with decimal points and without a separator at its end; of as many cells as titles, with it."""
         line = line.strip(" ") if self.mark == "\t" else line.strip()
         if self.decimal_comma:
-            line = line.replace(",", ".")
+            # Quotes that were left because of the comma are no more needed.
+            line = line.replace(",", ".").replace('"', "")
         if not self.mark or line.count(self.mark) + 1 == titles:
             return line
         return line.removesuffix(self.mark).rstrip()
