@@ -181,7 +181,7 @@ def test_the_kernel_falls_as_a_power_and_fewer_numbers_say_less(slippery: Librar
     np.testing.assert_allclose(np.exp(model.kernel(square, 1)), (1 + square / 4) ** -3.0)
     wide = replace(model, metric=Metric(("a", "b"), np.zeros(2), np.ones(2), np.eye(2)))
     np.testing.assert_allclose(np.exp(wide.kernel(square, 2)), (1 + square / 8) ** -3.0)
-    np.testing.assert_allclose(np.exp(wide.kernel(square, 1)), (1 + square / 4) ** -1.5)
+    np.testing.assert_allclose(np.exp(wide.kernel(square, 1)), (1 + square / 4) ** (-3.0 * np.sqrt(0.5)))
 
 
 def test_surprisal_is_of_the_share_of_examples_that_conform_no_better() -> None:

@@ -59,7 +59,7 @@ def log_kernels(model: TouchModel, one: np.ndarray, others: np.ndarray, known: n
     off = (units(model, one) - units(model, others))[:, known]
     inverse = np.linalg.inv(model.metric.covariance[np.ix_(known, known)])
     square = ((off @ inverse) * off).sum(axis=1)
-    power = model.fall * known.sum() / len(known)
+    power = model.fall * np.sqrt(known.sum() / len(known))
     return np.asarray(-power / 2 * np.log(1 + square / (known.sum() * model.width**2)))
 
 

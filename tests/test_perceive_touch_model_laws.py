@@ -61,7 +61,7 @@ def likelihoods(model: TouchModel, felt: np.ndarray, rows: np.ndarray, known: np
     off = (units(model, felt)[:, None] - units(model, rows)[None])[..., known]
     covariance = model.metric.covariance[np.ix_(known, known)]
     squares = np.einsum("abi,ij,abj->ab", off, np.linalg.inv(covariance), off)
-    fall = model.fall * known.sum() / len(known)
+    fall = model.fall * np.sqrt(known.mean())
     out: np.ndarray = (1 + squares / (known.sum() * model.width**2)) ** (-fall / 2)
     return out
 
@@ -347,10 +347,10 @@ def test_means_by_kind_are_of_the_examples_that_know_and_belief_gives_a_silent_k
     np.testing.assert_array_equal(mean_by_every_kind(nobody, members), np.full(3, np.log(1e-300)))
 
 
-def test_fewer_numbers_and_a_tempered_kernel_fall_as_much_slower() -> None:
+def test_with_fewer_numbers_the_kernel_falls_slower_by_the_root_of_their_share() -> None:
     metric = Metric(("a", "b", "c"), np.zeros(3), np.ones(3), np.eye(3))
     model = replace(holed(0)[0], metric=metric, width=0.5, fall=12.0)
     squares = np.array([0.0, 1.0, 30.0])
     for known in (1, 2, 3):
-        expected = -(12.0 * known / 3) / 2 * np.log(1 + squares / (known * 0.25))
+        expected = -(12.0 * np.sqrt(known / 3)) / 2 * np.log(1 + squares / (known * 0.25))
         np.testing.assert_allclose(model.kernel(squares, known), expected)

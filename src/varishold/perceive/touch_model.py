@@ -232,7 +232,7 @@ class TouchModel:
             metric=self.metric.of(known),
             values=self.values[rows][:, known],
             others=self.others[:, known],
-            fall=self.fall * int(known.sum()) / len(known),
+            fall=self._fall(int(known.sum())),
         )
         n = int(rows.sum())
         scores = conformities(part, np.zeros(n, dtype=np.int64), np.arange(n))
@@ -260,12 +260,15 @@ class TouchModel:
         return np.nan_to_num(self.metric.standardized(self.others), nan=0.0)
 
     def kernel(self, squares: Floats, known: int) -> Floats:
-        """Log-likelihood from squared distances over so many known numbers; fewer numbers say less.
+        """Log-likelihood from squared distances over so many known numbers.
 
         :meta private:
         """
-        fall = self.fall * known / len(self.metric.names)
-        return -0.5 * fall * np.log1p(squares / (known * self.width**2))
+        return -0.5 * self._fall(known) * np.log1p(squares / (known * self.width**2))
+
+    def _fall(self, known: int) -> float:
+        """How fast likelihood falls where so many numbers are known: they say less, but much of what the others do."""
+        return self.fall * float(np.sqrt(known / len(self.metric.names)))
 
 
 def squares_among(model: TouchModel, rows: NDArray[np.int64]) -> Floats:
