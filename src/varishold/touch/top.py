@@ -35,14 +35,18 @@ _HALF: dict[str, tuple[float, float]] = {
     "hip": (20.0, 1.3),
 }
 _OTHER = (3.0, 0.3)
-# The exponent of the area that goes evenly with height, and the degree of the polynomial in it that is followed.
-_LAW: dict[str, tuple[float, int]] = {
-    "cone": (0.5, 1),
-    "pyramid": (0.5, 1),
-    "sphere": (1.0, 2),
-    "ridge": (1.0, 2),
-    "hip": (1.0, 2),
-    "lying cylinder": (2.0, 2),
+# A taxel is a mean over its square, and straight lines between taxels flatten what bends: together they blur a surface
+# with this variance, in taxels squared, each way.
+_BLUR = 1 / 12 + 5 / 24
+# The exponent of the area that goes evenly with height, the degree of the polynomial in it that is followed, and what
+# a blur takes of the area, in variances: where V is a point's, half of how much longer its outline gets a step outwards.
+_LAW: dict[str, tuple[float, int, float]] = {
+    "cone": (0.5, 1, math.pi),
+    "pyramid": (0.5, 1, 4.0),
+    "sphere": (1.0, 2, 0.0),
+    "ridge": (1.0, 2, 0.0),
+    "hip": (1.0, 2, 0.0),
+    "lying cylinder": (2.0, 2, 0.0),
 }
 
 
@@ -73,5 +77,6 @@ def top_height(surface: Surface) -> tuple[float, float]:
     if np.count_nonzero(seen) < _FEWEST or any(contact.borders) or not contact.field[contact.window].all():
         # Where a part is hidden, areas do not follow the law.
         return contact.peak, half
-    exponent, degree = _LAW[surface.name]
-    return float(np.polynomial.polynomial.polyfit(area[seen] ** exponent, profile.threshold[seen], degree)[0]), half
+    exponent, degree, taken = _LAW[surface.name]
+    grows = (area[seen] + taken * _BLUR) ** exponent
+    return float(np.polynomial.polynomial.polyfit(grows, profile.threshold[seen], degree)[0]), half
