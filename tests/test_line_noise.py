@@ -101,3 +101,25 @@ def test_a_press_beside_rows_that_flicker_is_one_press(shape: tuple[int, int]) -
         free = np.r_[0:100, 160:300]
         mended = found.mended(0, 300)[free]
         assert np.percentile(np.abs(mended.mean(axis=2) - np.median(mended, axis=0).mean(axis=1)), 99) < 0.6
+
+
+@pytest.mark.parametrize("axis", [1, 2])
+def test_lines_that_are_pressed_for_most_of_the_time_are_taken_off_from_the_first_frame_on(axis: int) -> None:
+    """A taxel that is pressed for long rests no higher by what its line does, and ends of a recording are no rest."""
+    course = np.r_[np.linspace(0.1, 1.0, 6), np.ones(20), np.linspace(0.9, 0.1, 6), np.zeros(15)]
+    y, x = np.indices((32, 32)) - 15.5
+    forms = [1.0 * (np.maximum(np.abs(y - a), np.abs(x - b)) < 8) for a, b in ((-3, 2), (4, -4), (0, 5), (-2, -3))]
+    clean = 800.0 * np.concatenate([np.zeros((20, 32, 32)), *(course[:, None, None] * form for form in forms)])
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        n = len(clean)
+        lines = rng.normal(0.0, 20.0, (n, 32, 1) if axis == 2 else (n, 1, 32))
+        recording = Recording({"pad": Pad(np.rint(200.0 + clean + lines + rng.normal(0.0, 2.0, clean.shape)))})
+        mended = without_faults(recording).pads["pad"]
+        assert float(mended.notes[0].split(" by ")[1].split()[0]) == pytest.approx(20.0, rel=0.1)
+        off = (mended.frames - clean - 200.0).mean(axis=axis)
+        free = clean.max(axis=(1, 2)) == 0.0
+        assert np.mean(np.abs(off[free]) > 6.0) < 0.001
+        answers = list(recognize_recording(recording, frames="press"))
+        assert [answer.surface.name for answer in answers] == ["square pillar"] * 4
+        assert not any("hill" in note for answer in answers for note in answer.frame_notes)

@@ -16,7 +16,7 @@ from tests.test_report_touch import BLANK, answers_of, recording_of, surface_of
 from varishold.levelset.contact import with_losses
 from varishold.levelset.profile import Profile
 from varishold.recording import Pad, Recording
-from varishold.solids import Cone, ConeFrustum, Cylinder, Pose, Ridge, Solid, Sphere, ideal_frame
+from varishold.solids import Cone, ConeFrustum, Cylinder, Pose, Pyramid, Ridge, Solid, Sphere, ideal_frame
 from varishold.touch import (
     contact_pose,
     find_contacts,
@@ -397,6 +397,19 @@ def test_a_top_is_as_high_as_it_is(solid: Solid, key: str, top: float):
     assert noisy.depth_interval_m[1] - noisy.depth_interval_m[0] >= high - low
     height, half = top_height(answer.surface)
     assert (height, height - half) == pytest.approx((answer.depth_m, low))
+
+
+@pytest.mark.parametrize(("solid", "key"), [(Cone, "cone"), (Pyramid, "pyramid")])
+def test_a_tip_that_few_taxels_cover_is_as_high_as_it_is(solid, key):
+    """Taxels, and straight lines between them, take the same area of every section of a tip."""
+    rng = np.random.default_rng(5)
+    for breadth, near in ((6e-3, 0.04), (8e-3, 0.02), (12e-3, 0.01)):
+        for _ in range(4):
+            pose = Pose(*rng.uniform(-1e-3, 1e-3, 2), yaw_rad=rng.uniform(0, 3))
+            answer = height_map(solid(breadth, 2e-3), key, pose=pose)
+            assert answer.depth_m == pytest.approx(2e-3, rel=near)
+            low, high = answer.depth_interval_m
+            assert low < 2e-3 < high
 
 
 def test_where_a_part_is_hidden_the_highest_taxel_counts():

@@ -28,10 +28,13 @@ _FOR_REST = 96
 _LEAST, _SLOW = 0.5, 9
 # What a taxel reads at rest is above so much of all that it reads.
 _RESTING = 0.25
+# Taxels of a line rest where they are at most so many times as unlike each other as in the quarter of least.
+_CALM = 1.5
 # Half of a line's taxels are alike within so many sigma of a taxel, or as far as noise reaches on the pad where that is
-# more, and near their rest within so many of a line. What is quick of noise that is as quick as frames come has three
-# quarters of its sigma.
-_FLAT_SIGMAS, _NEAR_SIGMAS = 3.5, 4.0 / 0.75
+# more, and near their rest within so many of a line.
+_FLAT_SIGMAS, _NEAR_SIGMAS = 3.5, 4.0
+# What is quick of noise that is as quick as frames come has this share of its sigma.
+_QUICK_SHARE = 0.82
 # Lines do something for themselves where it is so many times what chance makes of it, and this share of their noise.
 _ERRORS, _OF_NOISE = 2.0, 0.5
 # What presses lifts neighbouring lines together.
@@ -165,7 +168,7 @@ def _line_noise(frames: Frames, usable: Mask, axis: int) -> LineNoise | None:
     if found is None:
         return None
     whole = np.concatenate(list(pieces_at(frames, chosen)))
-    rest = _rest(whole, usable)
+    rest = _evened(whole, _rest(whole, usable), usable, axis)
     return LineNoise(frames, usable, rest, axis, readings_end(whole[:, usable], whole.dtype.kind), *found).known_well()
 
 
@@ -185,7 +188,7 @@ def _found(sampled: list[Floats], usable: Mask, axis: int) -> tuple[float, float
     spread = sigma_of_half(np.concatenate(quick))
     by_chance = OF_MEDIAN * noise / math.sqrt(_LEAST * usable.shape[axis - 1])
     certain = spread > max(_ERRORS * by_chance, _OF_NOISE * noise) and _alike(np.concatenate(quick)) <= _TOGETHER
-    return (spread, noise) if certain else None
+    return (spread / _QUICK_SHARE, noise) if certain else None
 
 
 def _rest(frames: NDArray[Any], usable: Mask) -> Floats:
@@ -194,6 +197,18 @@ def _rest(frames: NDArray[Any], usable: Mask) -> Floats:
     low = np.where(usable, np.partition(frames, rank, axis=0)[rank], 0.0)
     # All of them read more than that at rest, by what noise makes of a quarter.
     return low + float(np.median((frames - low)[:, usable]))
+
+
+def _evened(frames: NDArray[Any], rest: Floats, usable: Mask, axis: int) -> Floats:
+    """Return a rest whose taxels are alike along each line in the frames in which they are most alike.
+
+    A taxel that is pressed for most of the time seems to rest higher than others, by what its line does.
+    """
+    away = frames - rest
+    beside = np.where(usable, away - np.expand_dims(_of_lines(away, usable, axis)[0], axis), 0.0)
+    apart = np.abs(beside).mean(axis=axis, keepdims=True)
+    calm = apart <= _CALM * np.quantile(apart, _RESTING, axis=0)
+    return np.asarray(rest + np.nanmedian(np.where(calm, beside, np.nan), axis=0))
 
 
 def _alike(quick: Floats) -> float:
@@ -221,5 +236,5 @@ def _of_lines(off: Floats, usable: Mask, axis: int) -> tuple[Floats, Floats]:
 
 def _quick(of_lines: Floats) -> Floats:
     """Return what lines do beside what they do slowly."""
-    padded = np.pad(of_lines, ((_SLOW // 2, _SLOW // 2), (0, 0)), mode="edge")
+    padded = np.pad(of_lines, ((_SLOW // 2, _SLOW // 2), (0, 0)), mode="reflect")
     return of_lines - np.median(np.lib.stride_tricks.sliding_window_view(padded, _SLOW, axis=0), axis=2)

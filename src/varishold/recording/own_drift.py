@@ -152,6 +152,9 @@ def _followed(frames: NDArray[Any], usable: Mask, spans: list[range]) -> OwnDrif
         # Noise that is slow makes halves of them unlike, and a rest half as uncertain as they are.
         early, late = (np.median(half, axis=0) for half in np.array_split(chosen, 2))
         scatter[k] = max(sigma_of_half(late - early) / 2, OF_MEDIAN * sigma / math.sqrt(len(chosen)))
+    # Halves that are alike by chance make no rest surer than the others are.
+    many = np.sqrt([min(len(span), _MOST) for span in some])
+    scatter = np.maximum(scatter, np.median(scatter * many) / many)
     off = rests - rests[0]
     # What all do together is none of their own.
     goes = np.array([sigma_of_half(each[usable] - np.median(each[usable])) for each in off])

@@ -39,7 +39,7 @@ _OTHER = (3.0, 0.3)
 # with this variance, in taxels squared, each way.
 _BLUR = 1 / 12 + 5 / 24
 # The exponent of the area that goes evenly with height, the degree of the polynomial in it that is followed, and what
-# a blur takes of the area, in variances: where V is a point's, half of how much longer its outline gets a step outwards.
+# a blur takes of the area, in variances: of a tip half of what its outline grows with each taxel outwards.
 _LAW: dict[str, tuple[float, int, float]] = {
     "cone": (0.5, 1, math.pi),
     "pyramid": (0.5, 1, 4.0),
