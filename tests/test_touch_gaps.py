@@ -10,6 +10,7 @@ from varishold import Pad, Recording
 from varishold.sensor import Sensor
 from varishold.solids import Cone, SquarePillar, draw_contact, ideal_frame
 from varishold.touch import find_contacts, recognize, recognize_recording
+from varishold.touch.cut import ends_crookedly
 from varishold.touch.scale import bridged, small_gaps
 from varishold.touch.writers.pad import Export
 
@@ -125,3 +126,31 @@ def test_a_few_taxels_on_no_grid_name_no_form_surely() -> None:
             surface = recognize(contact)
             assert surface.name == "unknown" or surface.probability <= 0.75
             assert any("on no grid" in reason for reason in surface.reasons)
+
+
+def test_what_the_border_of_a_round_pad_makes_of_a_form_is_not_sure() -> None:
+    """A face that ends at a border that is not straight has its outline from there; at a straight one it is known."""
+    side = 16
+    row, col = np.indices((side, side)) - (side - 1) / 2
+    pads = {"round": np.hypot(row, col) < 8.3, "oblong": np.abs(row) < 6}
+    for name, field in pads.items():
+        for seed in range(40):
+            rng = np.random.default_rng(seed)
+            turn, off = rng.uniform(0, 2 * np.pi), rng.uniform(-3, 3)
+            face = np.clip(col * np.cos(turn) + row * np.sin(turn) - off, 0.0, 1.0)
+            frame = face + rng.normal(0, 0.01, face.shape)
+            contact = find_contacts(np.where(field, frame, np.nan), pitch=2e-3)[0]
+            surface = recognize(contact)
+            crooked = any("not straight" in reason for reason in surface.reasons)
+            assert crooked == ends_crookedly(contact) == (name == "round"), seed
+            assert surface.probability < 0.551 if crooked else surface.name == "edge", (seed, surface)
+    # What keeps off the border, and what presses all of the pad, is as sure as elsewhere.
+    for key in ("cone", "cylinder"):
+        frame = np.where(pads["round"], frame_of(key, side, 1), np.nan)
+        contact = find_contacts(frame)[0]
+        assert not ends_crookedly(contact)
+        assert recognize(contact).probability > 0.9
+    all_of_it = np.where(pads["round"], 1.0 + np.random.default_rng(0).normal(0, 0.01, row.shape), np.nan)
+    surface = recognize(find_contacts(all_of_it)[0])
+    assert surface.name == "plane"
+    assert surface.probability > 0.55

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from varishold.frame.neighbours import three_by_three
 from varishold.levelset.contact import Contact
+from varishold.touch.cut import ends_crookedly
 from varishold.touch.decision import NAME_OF
 from varishold.touch.names import KINDS, NAMES, OUTLINE_OF
 
@@ -56,7 +57,7 @@ _SPREAD = 1e-6
 
 
 def cautious(surface: Surface, seen: Contact) -> Surface:
-    """Return a surface, no surer than the pad's taxels can be: of a narrow pad, on-off ones, and none at the top.
+    """Return a surface, no surer than the pad can be: narrow or with a crooked border, on-off taxels, none at the top.
 
     `seen` is its contact with small gaps bridged, as it was named.
     """
@@ -64,6 +65,8 @@ def cautious(surface: Surface, seen: Contact) -> Surface:
         return no_surer(surface, _ONE_OF_SEVERAL)
     if surface.name == "unknown":
         return surface
+    if surface.form != "plane" and seen.frame.has_gaps and ends_crookedly(seen):
+        return no_surer(surface, _ONE_OF_SEVERAL)
     if few_off_grid(seen):
         return no_surer(surface, _OFF_GRID)
     if (surface.form == "pillar" and shows_an_outline(surface.contact)) or lost_in_a_hole(seen):

@@ -10,13 +10,15 @@ from numpy.typing import NDArray
 
 from varishold.levelset.contact import Contact
 
-__all__ = ["SIDES", "Side", "completed_circle", "cut_sides"]
+__all__ = ["SIDES", "Side", "completed_circle", "cut_sides", "ends_crookedly"]
 
 Side = Literal["left", "right", "top", "bottom"]
 SIDES: tuple[Side, ...] = ("left", "right", "top", "bottom")
 
 # A contact is cut where it still stands so high at the field's border, as a share of the way from floor to peak.
 _HIGH = 0.3
+# A contact has its outline from the pad where more than this share of it is a border that is not straight.
+_CROOKED = 0.2
 # Outline points this near the border (taxels) belong to the cut, not to the outline.
 _NEAR = 0.8
 _FEWEST_POINTS = 6
@@ -43,6 +45,22 @@ def cut_sides(contact: Contact) -> tuple[Side, ...]:
     ends = {"left": values[:, 0], "right": values[:, -1], "top": values[0], "bottom": values[-1]}
     high = contact.floor + _HIGH * (contact.peak - contact.floor)
     return tuple(side for side in SIDES if getattr(borders, side) and float(ends[side].max()) > high)
+
+
+def ends_crookedly(contact: Contact) -> bool:
+    """Tell whether much of a contact's outline is a border of the field that is not straight, where it is cut.
+
+    Where a straight border cuts a form is known; a round one looks like a form of its own.
+    """
+    around = tuple(slice(part.start, part.stop + 2) for part in contact.window)
+    there, mask = np.pad(contact.frame.field, 1)[around], np.pad(contact.mask, 1)
+    high = mask & (np.pad(contact.values, 1) > contact.floor + _HIGH * (contact.peak - contact.floor))
+    outline = crooked = 0
+    for axis, way in ((0, -1), (0, 1), (1, -1), (1, 1)):
+        outline += np.count_nonzero(mask & ~np.roll(mask, way, axis))
+        cut = np.nonzero(high & ~np.roll(there, way, axis))[axis]
+        crooked += len(cut) if len(set(cut.tolist())) > 1 else 0
+    return crooked > _CROOKED * outline
 
 
 def completed_circle(contact: Contact, level: int, sides: tuple[Side, ...]) -> tuple[float, float, float] | None:

@@ -12,6 +12,7 @@ from varishold._counted import counted
 from varishold.kernel import address, bind, work_space
 from varishold.levelset.second_moments import principal_moments
 from varishold.touch.caution import FEWEST_LINES, few_off_grid, lost_in_a_hole, shows_an_outline
+from varishold.touch.cut import ends_crookedly
 from varishold.touch.decision import Parameters
 from varishold.touch.names import KINDS, NAMES, SECTIONS
 from varishold.touch.scale import bridged
@@ -162,7 +163,10 @@ def _cautions(surface: Surface) -> list[str]:
     contact = surface.contact
     if few_off_grid(contact):
         said.append("it covers only a few of taxels that stand on no grid: the form between them is guessed")
-    if lost_in_a_hole(bridged(contact) if contact.frame.has_gaps else contact):
+    seen = bridged(contact) if contact.frame.has_gaps else contact
+    if surface.form not in ("plane", "unknown") and seen.frame.has_gaps and ends_crookedly(seen):
+        said.append("much of its outline is a border of the pad that is not straight: what goes on beyond is not seen")
+    if lost_in_a_hole(seen):
         said.append("no taxel works where its form would show, and what fills the hole tells none: any of its outline")
     if min(surface.contact.shape) < FEWEST_LINES:
         said.append(f"a pad of {counted(min(surface.contact.shape), 'taxel')} across shows no form surely")

@@ -142,9 +142,9 @@ def _surface(
 ) -> Surface:
     kind = KINDS[answer.kind]
     surface = Surface(contact, kind.name, kind.form, kind.section, answer.probability, p, inputs, parameters)
-    # Wide pads with noise and a grid without broken taxels, as most are, need no caution.
+    # Wide pads with noise and a whole grid, as most are, need no caution.
     frame = seen.frame
-    whole = frame.losses.repaired is None and frame.losses.stands is None
+    whole = frame.losses.repaired is None and frame.losses.stands is None and not frame.has_gaps
     plain = whole and min(frame.shape) >= FEWEST_LINES and frame.sigma > 0.0
     return surface if plain else cautious(surface, seen)
 
