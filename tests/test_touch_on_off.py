@@ -32,6 +32,17 @@ def test_an_outline_is_told_surely_and_a_pillar_is_not(outline: str, dtype: type
     assert any("on-off taxels" in reason for reason in surface.reasons)
 
 
+@pytest.mark.parametrize("broad", [2, 3, 4])
+@pytest.mark.parametrize("dtype", [np.bool_, np.float64])
+def test_a_bar_that_leaves_the_pad_may_have_any_form_of_its_outline(broad: int, dtype: type) -> None:
+    frame = (np.abs(X + 0.3 * Y) < broad).astype(dtype)
+    surface = recognize(find_contacts(frame)[0])
+    assert surface.outline == "oblong"
+    assert surface.probability <= 0.55 + 1e-9
+    assert len(surface.answer_set) >= 2
+    assert any("on-off taxels" in reason for reason in surface.reasons)
+
+
 def test_a_press_of_them_is_no_surer() -> None:
     frames = np.array([OUTLINES["round"] * k for k in (0,) * 10 + (1,) * 12 + (0,) * 10], np.uint8)
     (answer,) = recognize_recording(Recording({"pad": Pad(frames)}), frames="press")

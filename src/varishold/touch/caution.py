@@ -69,16 +69,17 @@ def cautious(surface: Surface, seen: Contact) -> Surface:
         return no_surer(surface, _ONE_OF_SEVERAL)
     if few_off_grid(seen):
         return no_surer(surface, _OFF_GRID)
-    if (surface.form == "pillar" and shows_an_outline(surface.contact)) or lost_in_a_hole(seen):
+    if shows_an_outline(surface) or lost_in_a_hole(seen):
         alike = np.array([OUTLINE_OF[kind.name] == OUTLINE_OF[surface.name] for kind in KINDS])
         return no_surer(surface, _ONE_OF_SEVERAL, among=alike)
     return surface
 
 
-def shows_an_outline(contact: Contact) -> bool:
-    """Tell whether all taxels of a contact read exactly the same, as on-off taxels do: an outline without a form."""
-    # Where there is noise readings are not all the same.
-    if contact.frame.sigma > 0.0:
+def shows_an_outline(surface: Surface) -> bool:
+    """Tell whether all taxels of a form read exactly the same, as on-off taxels do: an outline without a form."""
+    contact = surface.contact
+    # Where there is noise readings are not all the same; an edge and a plane are outlines.
+    if contact.frame.sigma > 0.0 or surface.form in ("edge", "plane", "unknown"):
         return False
     inside = contact.frame.padded[1:-1, 1:-1][contact.window]
     return bool((inside[contact.mask] == contact.peak).all())

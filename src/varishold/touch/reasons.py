@@ -158,7 +158,7 @@ def _cautions(surface: Surface) -> list[str]:
             "all of the field is pressed, and too few taxels or the sensor's end show nothing of a form: "
             "a plane, or whatever else is larger"
         )
-    if surface.form == "pillar" and shows_an_outline(surface.contact):
+    if shows_an_outline(surface):
         said.append("all of its taxels read the same: on-off taxels show an outline, whatever stands on it")
     contact = surface.contact
     if few_off_grid(contact):
