@@ -123,3 +123,14 @@ def test_lines_that_are_pressed_for_most_of_the_time_are_taken_off_from_the_firs
         answers = list(recognize_recording(recording, frames="press"))
         assert [answer.surface.name for answer in answers] == ["square pillar"] * 4
         assert not any("hill" in note for answer in answers for note in answer.frame_notes)
+
+
+@pytest.mark.parametrize("times", [2, 3])
+def test_readings_that_come_again_are_no_flicker(times: int) -> None:
+    """A sensor that is read more often than it measures says the same again."""
+    for seed in range(4):
+        frames = np.repeat(np.rint(pressed(seed)), times, axis=0)
+        for find in (row_noise, column_noise):
+            assert find(frames, ALL) is None
+        found = row_noise(np.repeat(pressed(seed) + flicker(2), times, axis=0), ALL)
+        assert found is not None

@@ -178,12 +178,16 @@ def _found(sampled: list[Floats], usable: Mask, axis: int) -> tuple[float, float
     Takes what taxels are off their rest, in frames on end.
     """
     quick, left = [], []
-    for off in sampled:
+    # A sensor that is read more often than it measures says the same again.
+    measured = [off[np.append(True, np.diff(off, axis=0).any(axis=(1, 2)))] for off in sampled]
+    for off in (each for each in measured if len(each) > _SLOW // 2):
         of_lines, _ = _of_lines(off, usable, axis)
         quick.append(_quick(of_lines))
         steps = np.diff(off - np.expand_dims(of_lines, axis), axis=0)
         steps -= np.median(steps, axis=3 - axis, keepdims=True)
         left.append(np.median(np.abs(steps[:, usable])) / math.sqrt(2.0))
+    if not left:
+        return None
     noise = float(np.median(left)) / MEDIAN_ABS_NORMAL
     spread = sigma_of_half(np.concatenate(quick))
     by_chance = OF_MEDIAN * noise / math.sqrt(_LEAST * usable.shape[axis - 1])
