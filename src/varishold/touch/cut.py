@@ -57,7 +57,7 @@ def ends_crookedly(contact: Contact) -> bool:
     high = mask & (np.pad(contact.values, 1) > contact.floor + _HIGH * (contact.peak - contact.floor))
     outline = crooked = 0
     for axis, way in ((0, -1), (0, 1), (1, -1), (1, 1)):
-        outline += np.count_nonzero(mask & ~np.roll(mask, way, axis))
+        outline += int(np.count_nonzero(mask & ~np.roll(mask, way, axis)))
         cut = np.nonzero(high & ~np.roll(there, way, axis))[axis]
         crooked += len(cut) if len(set(cut.tolist())) > 1 else 0
     return crooked > _CROOKED * outline
