@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from varishold import Pad, Recording, recognize_recording
 from varishold.touch import find_contacts, recognize
-from varishold.touch.names import NAMES, OUTLINE_OF
+from varishold.touch.caution import no_surer
+from varishold.touch.names import KINDS, NAMES, OUTLINE_OF
 
 Y, X = np.mgrid[-12:12, -12:12] + 0.5
 OUTLINES = {
@@ -41,6 +44,27 @@ def test_a_bar_that_leaves_the_pad_may_have_any_form_of_its_outline(broad: int, 
     assert surface.probability <= 0.55 + 1e-9
     assert len(surface.answer_set) >= 2
     assert any("on-off taxels" in reason for reason in surface.reasons)
+
+
+@pytest.mark.parametrize("most", [0.55, 0.85])
+@pytest.mark.parametrize("of_outline", [False, True])
+def test_a_name_that_is_less_sure_stays_the_likeliest(most: float, of_outline: bool) -> None:
+    surface = recognize(find_contacts(OUTLINES["round"] * 1.0)[0])
+    rng = np.random.default_rng(0)
+    for _ in range(300):
+        kinds = rng.dirichlet(np.full(len(KINDS), 0.3))
+        by_name = {name: sum(p for p, kind in zip(kinds, KINDS, strict=True) if kind.name == name) for name in NAMES}
+        name = max(by_name, key=by_name.__getitem__)
+        alike = np.array([OUTLINE_OF[kind.name] == OUTLINE_OF[name] for kind in KINDS]) if of_outline else None
+        asked = replace(surface, name=name, probability=by_name[name], kind_probability=kinds)
+        told = no_surer(asked, most, among=alike)
+        assert next(iter(told.names)) == told.name == name
+        assert told.answer_set[0] == name
+        assert told.probability == pytest.approx(told.names[name])
+        assert told.kind_probability.sum() == pytest.approx(1.0)
+        assert told.probability <= max(by_name[name], most)
+        if not of_outline:
+            assert told.probability <= most + 1e-5
 
 
 def test_a_press_of_them_is_no_surer() -> None:

@@ -168,7 +168,7 @@ def _beside(where: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def no_surer(surface: Surface, most: float, among: NDArray[np.bool_] | None = None) -> Surface:
-    """Return a surface whose name is at most so probable; the name stays. A hip and a ridge are so together.
+    """Return a surface whose name is at most so probable, and stays the likeliest. A hip and a ridge are so together.
 
     Parameters
     ----------
@@ -183,12 +183,17 @@ def no_surer(surface: Surface, most: float, among: NDArray[np.bool_] | None = No
     kinds = surface.kind_probability
     together = float(kinds[mine].sum())
     shared = np.ones(len(kinds), np.bool_) if among is None or not (among & ~mine).any() else among | mine
-    limit = most * float(kinds[shared].sum())
-    if together <= limit:
-        return surface
     # Where nothing else was thought of, everything else is as likely.
     others = np.where(shared & ~mine, kinds + _SPREAD, 0.0)
-    rest = float(kinds[shared].sum()) - limit
-    shares = np.where(shared, others * (rest / others.sum()), kinds)
+    others /= others.sum()
+    total, own = float(kinds[shared].sum()), surface.probability / together
+    # The name stays the likeliest: beside each that gets what it loses, and each that has no share in that.
+    most_of_others, besides = (
+        float(np.bincount(NAME_OF, weights=each).max()) for each in (others, np.where(shared, 0.0, kinds))
+    )
+    limit = max(most * total, total * most_of_others / (own + most_of_others) + _SPREAD, besides / own + _SPREAD)
+    if together <= limit:
+        return surface
+    shares = np.where(shared, others * (total - limit), kinds)
     shares[mine] = kinds[mine] * (limit / together)
     return replace(surface, probability=surface.probability * (limit / together), kind_probability=shares)
