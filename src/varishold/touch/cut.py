@@ -17,8 +17,8 @@ SIDES: tuple[Side, ...] = ("left", "right", "top", "bottom")
 
 # A contact is cut where it still stands so high at the field's border, as a share of the way from floor to peak.
 _HIGH = 0.3
-# A contact has its outline from the pad where more than this share of it is a border that is not straight.
-_CROOKED = 0.2
+# A contact has its outline from the pad where more than this share of it is a border off the straight lines of the pad.
+_CROOKED = 0.1
 # Outline points this near the border (taxels) belong to the cut, not to the outline.
 _NEAR = 0.8
 _FEWEST_POINTS = 6
@@ -58,8 +58,9 @@ def ends_crookedly(contact: Contact) -> bool:
     outline = crooked = 0
     for axis, way in ((0, -1), (0, 1), (1, -1), (1, 1)):
         outline += int(np.count_nonzero(mask & ~np.roll(mask, way, axis)))
-        cut = np.nonzero(high & ~np.roll(there, way, axis))[axis]
-        crooked += len(cut) if len(set(cut.tolist())) > 1 else 0
+        # Of each side what lies on its longest line is straight.
+        lines = np.count_nonzero(high & ~np.roll(there, way, axis), axis=1 - axis)
+        crooked += int(lines.sum() - lines.max())
     return crooked > _CROOKED * outline
 
 
