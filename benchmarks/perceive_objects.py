@@ -1,8 +1,8 @@
 """Ten kinds of object in three sizes, and 23 kinds that nobody knows: named, sized, refused, in how many touches.
 
 Run: ``python -m benchmarks.perceive_objects [--episodes 20] [--strangers 20] [--seed 2] [--turn-deg 20]
-[--library FILE]``. Every episode is a closed loop: the hand searches, the perceiver chooses each next touch and stops.
-Development used seeds below 100,000,000.
+[--library FILE] [--lacks pads coordinates]``. Every episode is a closed loop: the hand searches, the perceiver chooses
+each next touch and stops. What the hand lacks is not known of any touch. Development used seeds below 100,000,000.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, replace
+from functools import cache, partial
 from itertools import pairwise
 from pathlib import Path
 
@@ -23,11 +23,14 @@ from benchmarks._strangers import KNOWN_BEFORE, NEW, STRANGERS, to_touch
 from varishold.errors import InputError
 from varishold.exploration import perceive
 from varishold.hand import OBJECTS, HandSetting, Job, run_jobs
-from varishold.perceive import NONE_OF_THESE, Library, Perceiver, read_library
+from varishold.perceive import NONE_OF_THESE, Evidence, Library, NameEvidence, Perceiver, read_library
+from varishold.perceive.perceiver import BeliefUpdate
 from varishold.trust import share_interval
 
 _FIRST_SEED = 7_200_000_000
 _SIZES_M = (0.055, 0.08, 0.105)
+#: What the numbers begin with that a hand may lack.
+_LACKS = {"pads": ("pad.", "form."), "coordinates": ("fit.", "size.")}
 _BINS = (0.0, 0.5, 0.7, 0.9, 0.97, 0.99, 0.999, 1.0)
 
 
@@ -53,15 +56,29 @@ class Outcome:
         return self.object not in ("", NONE_OF_THESE) and self.probability > 0.95
 
 
+class _Lacking(Perceiver):
+    """Knows nothing of numbers that begin so."""
+
+    hidden: tuple[str, ...] = ()
+
+    def feel(self, evidence: Evidence | NameEvidence) -> BeliefUpdate:
+        if isinstance(evidence, Evidence):
+            values = {name: value for name, value in evidence.values.items() if not name.startswith(self.hidden)}
+            evidence = replace(evidence, values=values)
+        return super().feel(evidence)
+
+
 @dataclass(frozen=True)
 class _Episode:
-    """One closed loop; `library`: what is known, the shipped one where None."""
+    """One closed loop; `library`: what is known, the shipped one where None; `hidden`: beginnings of numbers."""
 
     setting: HandSetting
     library: Path | None = None
+    hidden: tuple[str, ...] = ()
 
     def __call__(self, job: Job) -> Outcome:
-        perceiver = Perceiver(None if self.library is None else _library(self.library))
+        perceiver = _Lacking(None if self.library is None else _library(self.library))
+        perceiver.hidden = self.hidden
         thing = to_touch(job.name, job.size_m)
         done = perceive(thing, job.size_m, seed=job.seed, setting=self.setting, perceiver=perceiver)
         answer = done.perception
@@ -97,6 +114,7 @@ def run(
     *,
     setting: HandSetting | None = None,
     library: Path | None = None,
+    hidden: tuple[str, ...] = (),
 ) -> list[Outcome]:
     """Return the outcomes of episodes at objects of these names, in three sizes each."""
     jobs = [
@@ -105,7 +123,7 @@ def run(
         for j, size_m in enumerate(_SIZES_M)
         for n in range(episodes)
     ]
-    return list(run_jobs(jobs, _Episode(setting or evaluation_setting(), library), processes=processes))
+    return list(run_jobs(jobs, _Episode(setting or evaluation_setting(), library, hidden), processes=processes))
 
 
 def reliability(outcomes: Sequence[Outcome]) -> list[tuple[float, float, int]]:
@@ -143,6 +161,7 @@ def main(argv: Sequence[str] = ()) -> None:
     parser.add_argument("--seed", type=int, default=2)
     parser.add_argument("--turn-deg", type=float, default=TURN_DEG, help="objects are turned at most so far either way")
     parser.add_argument("--library", type=Path, help="what is known; default: the shipped library")
+    parser.add_argument("--lacks", nargs="+", choices=_LACKS, default=[], help="what the hand does not give")
     parser.add_argument("--processes", type=int, default=None)
     parser.add_argument("--figure", type=Path, help="write the reliability diagram (PNG) here")
     options = parser.parse_args(list(argv))
@@ -153,9 +172,15 @@ def main(argv: Sequence[str] = ()) -> None:
             parser.error(f"--library: {error}")
     print(f"  {WHAT_DIFFERS}")
     setting = evaluation_setting(turn_deg=options.turn_deg)
-    known = run(
-        tuple(OBJECTS), options.episodes, options.seed, options.processes, setting=setting, library=options.library
+    run_here = partial(
+        run,
+        seed=options.seed,
+        processes=options.processes,
+        setting=setting,
+        library=options.library,
+        hidden=tuple(start for what in options.lacks for start in _LACKS[what]),
     )
+    known = run_here(tuple(OBJECTS), options.episodes)
     n = len(known)
     right = sum(done.object == done.true for done in known)
     refused = sum(done.object == NONE_OF_THESE for done in known)
@@ -191,9 +216,7 @@ def main(argv: Sequence[str] = ()) -> None:
         print(f"    {p:.4f}  {seen:.4f}  {count}")
     error = sum(count * abs(p - seen) for p, seen, count in rows) / sum(count for *_, count in rows)
     print(f"    expected calibration error {figure('expected calibration error', error, '.4f')}")
-    strangers = run(
-        STRANGERS, options.strangers, options.seed, options.processes, setting=setting, library=options.library
-    )
+    strangers = run_here(STRANGERS, options.strangers)
     for name in STRANGERS:
         own = [done for done in strangers if done.true == name]
         named = [done.object or "nothing" for done in own if done.object != NONE_OF_THESE]
