@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from varishold.frame.neighbours import three_by_three
 from varishold.levelset.contact import Contact
-from varishold.touch.cut import ends_crookedly
+from varishold.touch.cut import ends_crookedly, half_hidden
 from varishold.touch.decision import NAME_OF
 from varishold.touch.names import KINDS, NAMES, OUTLINE_OF
 
@@ -44,6 +44,8 @@ _HOLE_SHARE, _HIGH, _TOP, _FEWEST_OF_TOP, _NOISE_OF_TOP = 0.1, 0.5, 0.97, 3, 2.0
 # Of a contact on fewer taxels than this that stand on no grid the form is no surer than that: between them it is a
 # guess.
 _FEW_OFF_GRID, _OFF_GRID = 48, 0.75
+# So many forms of which a border hides half or more are what they look like, of such as reach over it anyhow.
+_HALF_HIDDEN = 0.85
 # Smoothed readings have their form from the smoothing where it takes fewer taxels: no form is surer then.
 _SMOOTHED, _SMOOTHED_TAXELS = 0.85, 256
 # Of a contact more than this share of which is saturated, a flat top is believed no further than this in one look; the
@@ -72,6 +74,8 @@ def cautious(surface: Surface, seen: Contact) -> Surface:
     if shows_an_outline(surface) or lost_in_a_hole(seen):
         alike = np.array([OUTLINE_OF[kind.name] == OUTLINE_OF[surface.name] for kind in KINDS])
         return no_surer(surface, _ONE_OF_SEVERAL, among=alike)
+    if surface.form not in ("edge", "plane") and half_hidden(seen):
+        return no_surer(surface, _HALF_HIDDEN)
     return surface
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from varishold.levelset.contact import Contact
 
-__all__ = ["SIDES", "Side", "completed_circle", "cut_sides", "ends_crookedly"]
+__all__ = ["SIDES", "Side", "completed_circle", "cut_sides", "ends_crookedly", "half_hidden"]
 
 Side = Literal["left", "right", "top", "bottom"]
 SIDES: tuple[Side, ...] = ("left", "right", "top", "bottom")
@@ -19,6 +19,8 @@ SIDES: tuple[Side, ...] = ("left", "right", "top", "bottom")
 _HIGH = 0.3
 # A contact has its outline from the pad where more than this share of it is a border off the straight lines of the pad.
 _CROOKED = 0.1
+# What goes less far in from the border than this share of its length along it may be half of a contact, or less.
+_HALF = 0.5
 # Outline points this near the border (taxels) belong to the cut, not to the outline.
 _NEAR = 0.8
 _FEWEST_POINTS = 6
@@ -45,6 +47,19 @@ def cut_sides(contact: Contact) -> tuple[Side, ...]:
     ends = {"left": values[:, 0], "right": values[:, -1], "top": values[0], "bottom": values[-1]}
     high = contact.floor + _HIGH * (contact.peak - contact.floor)
     return tuple(side for side in SIDES if getattr(borders, side) and float(ends[side].max()) > high)
+
+
+def half_hidden(contact: Contact) -> bool:
+    """Tell whether one border of the field may hide half of a contact or more: much less is seen of it than it is long.
+
+    So a square looks like a bar along the border, and of a round thing the middle is not seen.
+    """
+    sides = cut_sides(contact)
+    if len(sides) != 1:
+        return False
+    rows, cols = contact.mask.shape
+    height, width = rows * contact.spacing[0], cols * contact.spacing[1]
+    return width < _HALF * height if sides[0] in ("left", "right") else height < _HALF * width
 
 
 def ends_crookedly(contact: Contact) -> bool:

@@ -12,7 +12,7 @@ from varishold._counted import counted
 from varishold.kernel import address, bind, work_space
 from varishold.levelset.second_moments import principal_moments
 from varishold.touch.caution import FEWEST_LINES, few_off_grid, lost_in_a_hole, shows_an_outline
-from varishold.touch.cut import ends_crookedly
+from varishold.touch.cut import ends_crookedly, half_hidden
 from varishold.touch.decision import Parameters
 from varishold.touch.names import KINDS, NAMES, SECTIONS
 from varishold.touch.scale import bridged
@@ -166,6 +166,8 @@ def _cautions(surface: Surface) -> list[str]:
     seen = bridged(contact) if contact.frame.has_gaps else contact
     if surface.form not in ("plane", "unknown") and seen.frame.has_gaps and ends_crookedly(seen):
         said.append("much of its outline is a border of the pad that is not straight: what goes on beyond is not seen")
+    if surface.form not in ("edge", "plane") and half_hidden(seen):
+        said.append("the border of the pad may hide half of it or more: how far it goes on beyond is not seen")
     if lost_in_a_hole(seen):
         said.append("no taxel works where its form would show, and what fills the hole tells none: any of its outline")
     if min(surface.contact.shape) < FEWEST_LINES:

@@ -142,10 +142,10 @@ def _surface(
 ) -> Surface:
     kind = KINDS[answer.kind]
     surface = Surface(contact, kind.name, kind.form, kind.section, answer.probability, p, inputs, parameters)
-    # Wide pads with noise and a whole grid, as most are, need no caution.
+    # Within wide pads with noise and a whole grid, as most are, a contact needs no caution.
     frame = seen.frame
     whole = frame.losses.repaired is None and frame.losses.stands is None and not frame.has_gaps
-    plain = whole and min(frame.shape) >= FEWEST_LINES and frame.sigma > 0.0
+    plain = whole and min(frame.shape) >= FEWEST_LINES and frame.sigma > 0.0 and not any(seen.borders)
     return surface if plain else cautious(surface, seen)
 
 
