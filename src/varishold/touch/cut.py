@@ -59,7 +59,8 @@ def half_hidden(contact: Contact) -> bool:
         return False
     rows, cols = contact.mask.shape
     height, width = rows * contact.spacing[0], cols * contact.spacing[1]
-    return width < _HALF * height if sides[0] in ("left", "right") else height < _HALF * width
+    inward, along = (width, height) if sides[0] in ("left", "right") else (height, width)
+    return bool(inward < _HALF * along)
 
 
 def ends_crookedly(contact: Contact) -> bool:
