@@ -63,3 +63,11 @@ def test_too_little_is_not_judged() -> None:
     assert not sways(frames[:20], ALL)
     assert not sways(frames, np.arange(144).reshape(12, 12) < 12)
     assert not sways(np.full((60, 12, 12), 7), ALL)
+
+
+def test_the_unit_of_readings_does_not_matter() -> None:
+    rng = np.random.default_rng(5)
+    frames = 2.0 ** np.arange(40)[:, None, None] / 2**30 + rng.normal(0, 1e-3, (40, 8, 8))
+    works = np.ones((8, 8), bool)
+    for unit in (1.0, 2.0**-1000, 2.0**900):
+        assert sways(unit * frames, works) == sways(frames, works)

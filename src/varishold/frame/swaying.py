@@ -52,17 +52,19 @@ def sways(frames: Frames, usable: Mask) -> bool:
         off[k] = one.reshape(-1)[some]
     off -= np.median(off, axis=0)
     together = np.median(off, axis=1)
-    goes = together - together.mean()
     way = float(np.ptp(together))
     if not way > 0.0:
         return False
+    # From here on in parts of the way: squares of the smallest numbers are nothing.
+    off, together = off / way, together / way
+    goes = together - together.mean()
     share = np.clip(goes @ off / (goes @ goes), 0.0, LARGEST_SHARE)
     off -= together[:, None] * share
     noise = OF_MEDIAN * float(np.median(np.abs(off))) / (MEDIAN_ABS_NORMAL * math.sqrt(some.size))
     highest = np.partition(off, -_MANY, axis=1)[:, -_MANY]
-    if way <= 2.0 * _ERRORS * noise or np.partition(highest, -2)[-2] >= _STANDS_OUT * way:
+    if 2.0 * _ERRORS * noise >= 1.0 or np.partition(highest, -2)[-2] >= _STANDS_OUT:
         return False
-    low = np.sort(together[together <= together.min() + _MIDDLE * way])
-    level = _LEVEL * way + _ERRORS * noise
+    low = np.sort(together[together <= together.min() + _MIDDLE])
+    level = _LEVEL + _ERRORS * noise
     at_one_level = np.searchsorted(low, low + level, side="right") - np.arange(low.size)
     return bool(at_one_level.max() < _RESTS * numbers.size)
