@@ -715,3 +715,12 @@ def test_a_list_that_holds_something_else_beside_null_is_no_frame() -> None:
     for held in ([1, None, "a", 2], [None, "a", None], [None, {"a": 1}], [None, 10**400], [[1, 2], 3, None]):
         with pytest.raises(InputError, match="is not understood"):
             read_message({"data": held})
+
+
+def test_frames_that_have_a_time_each_are_no_pads() -> None:
+    frames = [[[1, 2], [3, 4]], [[1, 2], [3, 5]]]
+    with pytest.raises(InputError, match="t_s has 2 times: write a message for each reading"):
+        read_message({"t_s": [0.0, 0.1], "pressure": frames})
+    # Of one time they are pads, as of as many other numbers.
+    for beside in ({"t_s": 0.1}, {"gains": [1.0, 2.0]}):
+        assert list(read_message({**beside, "pressure": frames}).pads) == ["0", "1"]

@@ -20,6 +20,7 @@ __all__ = ["asked_pads", "grids_pads", "multi_array_pads", "plain_pads"]
 _PLAIN = ("pressure", "pressures", "values", "data", "taxels", "tactile", "tactile_data", "readings", "value")
 # What says beside it how many rows and columns there are.
 _SIDES = (("rows", "cols"), ("rows", "columns"), ("n_rows", "n_cols"), ("height", "width"))
+_CLOCKS = ("t", "time", "times", "timestamp", "timestamps")
 _CHANNELS = ("channel", "channels", "axis", "axes", "xyz", "component", "components")
 
 
@@ -63,12 +64,21 @@ def plain_pads(fields: Fields, asked: Asked) -> dict[str, MessagePad] | None:
     for name in _PLAIN:
         values = numbers_in(fields.get(name))
         if values is not None:
+            _check_one_reading(fields, values)
             pads = _plain_pads(values, asked if asked.shape else replace(asked, shape=_said_shape(fields, values)))
             warmth = numbers_in(fields.get("temperature"))
             if pads and warmth is not None and warmth.ndim == 1 and warmth.size:
                 pads["temperature."] = signal_pad(warmth)
             return pads
     return None
+
+
+def _check_one_reading(fields: Fields, values: NDArray[Any]) -> None:
+    """Refuse frames that have a time each: they are no pads."""
+    for name, value in fields.items():
+        times = numbers_in(value) if name.split("_")[0] in _CLOCKS and values.ndim == 3 else None
+        if times is not None and times.shape == values.shape[:1] and len(times) > 1:
+            raise InputError(f"{name} has {len(times)} times: write a message for each reading")
 
 
 def _said_shape(fields: Fields, values: NDArray[Any]) -> tuple[int, int] | None:
