@@ -24,6 +24,7 @@ def test_of_what_is_less_than_half_seen_no_name_is_sure(solid: SquarePillar | Cy
         contact = find_contacts(np.rot90(frame + rng.normal(0, 0.02, frame.shape), turns))[0]
         surface = recognize(contact)
         assert len(cut_sides(contact)) == 1
+        assert contact.at_border
         hidden = half_hidden(contact)
         assert hidden == (seen < 0.5)
         assert (HIDES in surface.reasons) == hidden
@@ -43,3 +44,12 @@ def test_the_pitch_counts() -> None:
     # Nobody knows how far it goes on at a corner, or from border to border.
     frame[12:] = frame[11]
     assert not half_hidden(find_contacts(frame, pitch=(1.0, 0.6))[0])
+
+
+def test_what_reaches_a_border_is_told_as_which_it_reaches() -> None:
+    rng = np.random.default_rng(3)
+    for _ in range(30):
+        y, x = np.indices((12, 17)) - rng.uniform(0, 11, (2, 1, 1))
+        frame = np.maximum(rng.uniform(2, 5) - np.hypot(y, x), 0.0) + rng.normal(0, 0.02, (12, 17))
+        for contact in find_contacts(frame):
+            assert contact.at_border == any(contact.borders)

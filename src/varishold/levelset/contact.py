@@ -245,6 +245,14 @@ class Contact:
         return int(self.frame.places[self.index, N_TAXELS])
 
     @property
+    def at_border(self) -> bool:
+        """Whether its taxels reach a border of the field; sooner told than which."""
+        frame = self.frame
+        # A whole number that is none is not zero as a float either.
+        at = frame.start + pieces(frame.room, frame.n_levels)[2] + N_PLACES * self.index + BORDERS
+        return frame.measured.item(at) != 0.0
+
+    @property
     def borders(self) -> Borders:
         """The borders of the field that its taxels reach."""
         bits = int(self.frame.places[self.index, BORDERS])

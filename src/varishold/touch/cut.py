@@ -40,9 +40,9 @@ def cut_sides(contact: Contact) -> tuple[Side, ...]:
     tuple of str
         Out of left, right, top and bottom.
     """
-    borders = contact.borders
-    if not any(borders):
+    if not contact.at_border:
         return ()
+    borders = contact.borders
     values = np.where(contact.mask, contact.values, -np.inf)
     ends = {"left": values[:, 0], "right": values[:, -1], "top": values[0], "bottom": values[-1]}
     high = contact.floor + _HIGH * (contact.peak - contact.floor)

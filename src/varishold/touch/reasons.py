@@ -153,7 +153,7 @@ def _decided(surface: Surface) -> list[str]:
 
 def _cautions(surface: Surface) -> list[str]:
     said = []
-    if all(surface.contact.borders) and _hides_form(surface.contact.packed):
+    if surface.contact.at_border and all(surface.contact.borders) and _hides_form(surface.contact.packed):
         said.append(
             "all of the field is pressed, and too few taxels or the sensor's end show nothing of a form: "
             "a plane, or whatever else is larger"

@@ -145,7 +145,7 @@ def _surface(
     # Within wide pads with noise and a whole grid, as most are, a contact needs no caution.
     frame = seen.frame
     whole = frame.losses.repaired is None and frame.losses.stands is None and not frame.has_gaps
-    plain = whole and min(frame.shape) >= FEWEST_LINES and frame.sigma > 0.0 and not any(seen.borders)
+    plain = whole and min(frame.shape) >= FEWEST_LINES and frame.sigma > 0.0 and not seen.at_border
     return surface if plain else cautious(surface, seen)
 
 
