@@ -153,8 +153,8 @@ def _followed(frames: NDArray[Any], usable: Mask, spans: list[range]) -> OwnDrif
         early, late = (np.median(half, axis=0) for half in np.array_split(chosen, 2))
         scatter[k] = max(sigma_of_half(late - early) / 2, OF_MEDIAN * sigma / math.sqrt(len(chosen)))
     # Halves that are alike by chance make no rest surer than the others are.
-    many = np.sqrt([min(len(span), _MOST) for span in some])
-    scatter = np.maximum(scatter, np.median(scatter * many) / many)
+    n_chosen = np.array([min(len(span), _MOST) for span in some])
+    scatter = np.maximum(scatter, np.median(scatter * np.sqrt(n_chosen)) / np.sqrt(n_chosen))
     off = rests - rests[0]
     # What all do together is none of their own.
     goes = np.array([sigma_of_half(each[usable] - np.median(each[usable])) for each in off])
@@ -165,7 +165,7 @@ def _followed(frames: NDArray[Any], usable: Mask, spans: list[range]) -> OwnDrif
     found = OwnDrift(frames, _middles(some), off, readings_end(looked, frames.dtype.kind))
     others = [span for span in spans if len(span) < _FEWEST]
     # A missed press makes the halves of a rest unlike too: noise alone tells how rests scatter.
-    noise = OF_MEDIAN * sigma / math.sqrt(np.median([min(len(span), _MOST) for span in some]))
+    noise = OF_MEDIAN * sigma / math.sqrt(np.median(n_chosen))
     return found if _borne_out(found, usable, others, noise) else None
 
 

@@ -44,7 +44,7 @@ _HOLE_SHARE, _HIGH, _TOP, _FEWEST_OF_TOP, _NOISE_OF_TOP = 0.1, 0.5, 0.97, 3, 2.0
 # Of a contact on fewer taxels than this that stand on no grid the form is no surer than that: between them it is a
 # guess.
 _FEW_OFF_GRID, _OFF_GRID = 48, 0.75
-# So many forms of which a border hides half or more are what they look like, of such as reach over it anyhow.
+# So many of the contacts of which a border may hide half or more are what they look like, however far they go on.
 _HALF_HIDDEN = 0.85
 # Smoothed readings have their form from the smoothing where it takes fewer taxels: no form is surer then.
 _SMOOTHED, _SMOOTHED_TAXELS = 0.85, 256
@@ -67,7 +67,7 @@ def cautious(surface: Surface, seen: Contact) -> Surface:
         return no_surer(surface, _ONE_OF_SEVERAL)
     if surface.name == "unknown":
         return surface
-    if surface.form != "plane" and seen.frame.has_gaps and ends_crookedly(seen):
+    if surface.form != "plane" and ends_crookedly(seen):
         return no_surer(surface, _ONE_OF_SEVERAL)
     if few_off_grid(seen):
         return no_surer(surface, _OFF_GRID)

@@ -68,6 +68,8 @@ def ends_crookedly(contact: Contact) -> bool:
 
     Where a straight border cuts a form is known; a round one looks like a form of its own.
     """
+    if not contact.frame.has_gaps:
+        return False
     around = tuple(slice(part.start, part.stop + 2) for part in contact.window)
     there, mask = np.pad(contact.frame.field, 1)[around], np.pad(contact.mask, 1)
     high = mask & (np.pad(contact.values, 1) > contact.floor + _HIGH * (contact.peak - contact.floor))

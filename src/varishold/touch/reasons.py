@@ -164,7 +164,7 @@ def _cautions(surface: Surface) -> list[str]:
     if few_off_grid(contact):
         said.append("it covers only a few of taxels that stand on no grid: the form between them is guessed")
     seen = bridged(contact) if contact.frame.has_gaps else contact
-    if surface.form not in ("plane", "unknown") and seen.frame.has_gaps and ends_crookedly(seen):
+    if surface.form not in ("plane", "unknown") and ends_crookedly(seen):
         said.append("much of its outline is a border of the pad that is not straight: what goes on beyond is not seen")
     if surface.form not in ("edge", "plane") and half_hidden(seen):
         said.append("the border of the pad may hide half of it or more: how far it goes on beyond is not seen")

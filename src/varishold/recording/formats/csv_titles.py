@@ -20,6 +20,7 @@ __all__ = [
     "only_counts",
     "refuse_hidden_column",
     "seconds_of",
+    "unit_of",
 ]
 
 # What units of time are called, in seconds; those above a second never alone, for min is the least.
@@ -63,18 +64,23 @@ def names_time(title: str | None) -> bool:
     return title is not None and _CLOCK.fullmatch(title) is not None
 
 
-def seconds_of(title: str) -> float | None:
-    """Return the seconds in one unit of a time column, by its title in lower case; None where that says no unit.
+def unit_of(title: str) -> float | None:
+    """Return the unit that the title of a time column says, in lower case, in seconds; None where it says none.
 
     Examples
     --------
-    >>> seconds_of("timestamp_ns"), seconds_of("zeit/ms"), seconds_of("elapsed_msec"), seconds_of("clock")
+    >>> unit_of("timestamp_ns"), unit_of("zeit/ms"), unit_of("elapsed_msec"), unit_of("clock")
     (1e-09, 0.001, 0.001, None)
     """
     said = _CLOCK.fullmatch(title) or _UNIT_LAST.search(title)
     if said is None or said.lastindex is None:
         return None
     return {**_UNITS, **_LONG_UNITS}[said[said.lastindex]]
+
+
+def seconds_of(title: str) -> float:
+    """Return the seconds in one unit of a time column, by its title in lower case; 1 where that says no unit."""
+    return unit_of(title) or 1.0
 
 
 def counts_frames(column: NDArray[Any]) -> bool:

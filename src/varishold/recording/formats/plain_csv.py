@@ -24,6 +24,7 @@ from varishold.recording.formats.csv_titles import (
     only_counts,
     refuse_hidden_column,
     seconds_of,
+    unit_of,
 )
 from varishold.recording.formats.format import Format, Options
 from varishold.recording.formats.numbers import NO_NUMBER, Rows, as_number, separator_of
@@ -342,10 +343,10 @@ def _time(path: Path, table: _Table, ahead: int, height: int) -> NDArray[np.floa
     if ahead == 2:
         called = [title.lower() for title in table.titles[:2]]
         clock = next(k for k in (0, 1) if names_time(called[k]))
-        return table.rows[::height, clock] * (seconds_of(called[clock]) or 1.0)
+        return table.rows[::height, clock] * seconds_of(called[clock])
     if not ahead or table.title in COUNTERS:
         return None
-    time = table.rows[::height, 0] * (seconds_of(table.title or "") or 1.0)
+    time = table.rows[::height, 0] * seconds_of(table.title or "")
     if not names_time(table.title):
         _check_runs(path, table, time)
     return time
@@ -356,7 +357,7 @@ def _doubted_clock(table: _Table, time: NDArray[np.float64]) -> list[str]:
     title = table.title or ""
     if title in COUNTERS and len(table.titles) > 1:
         title = table.titles[1].lower()
-    if seconds_of(title) is not None:
+    if unit_of(title) is not None:
         return []
     if not names_time(title):
         if counts_frames(time):

@@ -104,7 +104,7 @@ def _numbers(table: GraspTable, name: str) -> NDArray[np.float64]:
 def _seconds(table: GraspTable, name: str) -> NDArray[np.float64]:
     cells = table.cells[name]
     if cells.dtype.kind != "U":
-        return cells.astype(np.float64) * (seconds_of(name.lower()) or 1.0)
+        return cells.astype(np.float64) * seconds_of(name.lower())
     texts = cells.tolist()
     dates = [date_seconds(cell) for cell in texts]
     if dates[0] is None:
