@@ -8,6 +8,7 @@ Frames, forms and media are those of `touch_distortions`; sensors are made here,
 - gains of 20 %: the same without weak taxels; after unlabelled presses 99 % at 32 x 32 and 95 % at 16 x 16 are wanted.
 - bent: a logarithm (a = 5) and a blur of .6 taxels. A ball and a plate press ten times each; three points of the true
   curve are allowed.
+- bent and uneven: the same with gains of 20 %, which these presses tell too.
 
 Columns: right names, of 13 kinds (ridge and hip one), on height maps and thin covers together.
 """
@@ -45,10 +46,10 @@ def uneven(side: int, rng: np.random.Generator, spread: float, weak: int) -> Flo
     return gains
 
 
-def bent(stress: Floats) -> Floats:
-    """Return readings of a blurred logarithm."""
+def bent(stress: Floats, gains: float | Floats = 1.0) -> Floats:
+    """Return readings of a blurred logarithm, behind gains."""
     blurred = ndimage.gaussian_filter(stress, (0, 0.6, 0.6), mode="nearest", truncate=6)
-    return np.log1p(5 * np.maximum(blurred, 0)) / np.log(6)
+    return np.log1p(5 * gains * np.maximum(blurred, 0)) / np.log(6)
 
 
 def recorded(readings: Floats, noise: float, rng: np.random.Generator) -> Recording:
@@ -136,12 +137,24 @@ def main(argv: Sequence[str] = ()) -> None:
         recordings = [recorded(bent(known_presses(kind, side, rng)), noise, rng) for kind in ("ball", "plate")]
         objects = [KnownObject("ball", BALL * side / 16), KnownObject("plate", PLATE * side / 16)]
         found = calibrate_objects(recordings, objects)
+        curve = Sensor(span=1.0, response=Logarithmic(5.0), blur_taxels=0.6)
         for name, sensor in (
             ("bent: as it comes", None),
-            ("bent: curve and blur known", Sensor(span=1.0, response=Logarithmic(5.0), blur_taxels=0.6)),
+            ("bent: curve and blur known", curve),
             ("bent: ball and plate", found.sensor),
         ):
             _row(of, name, right(side, asked.per_kind, asked.seed, bent, _at_rest(sensor)))
+        print("  " + "; ".join(str(each) for each in found.findings))
+        read = partial(bent, gains=milder)
+        recordings = [recorded(read(known_presses(kind, side, rng)), noise, rng) for kind in ("ball", "plate")]
+        found = calibrate_objects(recordings, objects)
+        for name, sensor in (
+            ("bent and uneven: as it comes", None),
+            ("bent and uneven: all of it known", replace(curve, gains=milder)),
+            ("bent and uneven: ball and plate", found.sensor),
+            ("bent and uneven: without the gains", replace(found.sensor, gains=None)),
+        ):
+            _row(of, name, right(side, asked.per_kind, asked.seed, read, _at_rest(sensor)))
         print("  " + "; ".join(str(each) for each in found.findings))
 
 

@@ -22,8 +22,7 @@ __all__ = [
     "Family",
     "Observations",
     "best_fit",
-    "errors_of",
-    "likeliest_family",
+    "explain",
 ]
 
 Floats = NDArray[np.float64]
@@ -43,6 +42,8 @@ _BY_POINTS = 0.008
 _SCALE = 0
 #: The second and the third: dead band, blur squared.
 DEAD, BLUR = 1, 2
+# Step of the derivative by gains.
+_STEP = 1e-4
 # How large a dead band may be, and what is none to a fit that wants room.
 _MOST_DEAD, _NO_DEAD = 0.8, 1e-9
 
@@ -78,13 +79,17 @@ FAMILIES = (
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Observations:
-    """Presses to be explained, the pad that they were made on, and its sensor without what is to be found."""
+    """Presses to be explained, the pad that they were made on, and its sensor without what is to be found.
+
+    `gain_spread` is how far its gains spread, where they were found from these presses.
+    """
 
     base: Sensor
     observed: Sequence[Observed]
     points: Points
     usable: NDArray[np.bool_]
     gain_readings: Floats | None = None
+    gain_spread: float | None = None
 
     def sensor(self, family: Family, constants: Floats) -> Sensor:
         """Return the sensor of these constants; gains that were found without a response are put behind it."""
@@ -98,6 +103,10 @@ class Observations:
             response=response,
             gains=gains,
         )
+
+    def with_gains(self, gains: Floats, spread: float) -> Observations:
+        """The same presses of a sensor with gains that were found from them, and spread so far."""
+        return dataclasses.replace(self, base=dataclasses.replace(self.base, gains=gains), gain_spread=spread)
 
     def half(self, k: int) -> Observations:
         """Every second press, from the first (0) or the second (1) on."""
@@ -135,7 +144,14 @@ class Explanation:
         return _typical(self.fit)
 
 
-def likeliest_family(given: Observations) -> tuple[Family, dict[str, float]]:
+def explain(given: Observations) -> tuple[Explanation, dict[str, float]]:
+    """Return what explains presses best, and how badly each response explains those that it was not fitted to."""
+    family, tried = _likeliest_family(given)
+    fit, dead = best_fit(family, given)
+    return Explanation(family, fit, _errors_of(family, given, fit, dead=dead), dead), tried
+
+
+def _likeliest_family(given: Observations) -> tuple[Family, dict[str, float]]:
     """Return the response that is worth its constants, and how badly each explains presses it was not fitted to."""
     families = FAMILIES if any(one.object.curved for one in given.observed) else FAMILIES[:1]
     tried = {family.name: _held_out(family, given) for family in families}
@@ -158,6 +174,13 @@ def _fitted(
     def forward(faces: Floats, at: Floats) -> Floats:
         return given.sensor(family, at).forward(faces * (np.exp(at[_SCALE]) * base.full_scale))
 
+    def by_gain(faces: Floats, at: Floats) -> Floats:
+        stress, sensor = faces * (np.exp(at[_SCALE]) * base.full_scale), given.sensor(family, at)
+        gains = np.ones(given.usable.shape) if sensor.gains is None else sensor.gains
+        larger = dataclasses.replace(sensor, gains=(1.0 + _STEP) * gains)
+        grown: Floats = (larger.forward(stress) - sensor.forward(stress)) / _STEP
+        return grown
+
     if constants is None:
         telling = [one for one in observed if one.object.curved] or observed
         deepest = max(float(one.object.stress(one.start, points).max()) for one in telling)
@@ -173,6 +196,8 @@ def _fitted(
         high=high,
         places=places,
         free=free,
+        by_gain=None if given.gain_spread is None else by_gain,
+        gain_spread=given.gain_spread or 0.0,
     )
 
 
@@ -193,7 +218,7 @@ def best_fit(family: Family, given: Observations) -> tuple[Fit, bool]:
     return (fit, True) if dead else (plain, False)
 
 
-def errors_of(family: Family, given: Observations, fit: Fit, *, dead: bool) -> Floats:
+def _errors_of(family: Family, given: Observations, fit: Fit, *, dead: bool) -> Floats:
     """Return the standard errors of the constants: as halves of the presses repeat them, at least as the fit says.
 
     Two halves may agree by chance; how far each press pulls the constants does not.

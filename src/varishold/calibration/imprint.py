@@ -74,7 +74,7 @@ class Points:
     shape: tuple[int, int]
     pitch_m: tuple[float, float]
 
-    @property
+    @cached_property
     def axes(self) -> tuple[Floats, Floats]:
         """x as a row and y as a column, metres from the pad's centre."""
         y, x = (

@@ -9,17 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold._counted import counted
+from varishold.calibration.agreement import LEAST_SPREAD, hardly_pressed
 from varishold.calibration.explanation import (
     BLUR,
     DEAD,
     WELL,
     Explanation,
     Observations,
-    best_fit,
-    errors_of,
-    likeliest_family,
+    explain,
 )
 from varishold.calibration.gains_behind import GAIN_READINGS, known_readings
+from varishold.calibration.gains_of_objects import ObjectGains, gains_of_objects
 from varishold.calibration.imprint import KnownObject, Points, Print
 from varishold.calibration.press_fit import Fit, Observed
 from varishold.calibration.readings import Presses, presses_of
@@ -58,9 +58,10 @@ def calibrate_objects(
     sensor: Sensor | None = None,
     pad: str | None = None,
 ) -> Calibration:
-    """Find response, dead band and blur from presses of objects of known form and size.
+    """Find response, dead band, blur and gains from presses of objects of known form and size.
 
-    Where and how deep each press was is found together with the constants. The face's depth is
+    Where and how deep each press was is found together with the constants; what a taxel reads beside that, press
+    after press, is its gain, where two objects or two halves of the presses agree. The face's depth is
     taken for the stress, as on a thin cover or a bed of springs: a power response of .5 and a thick skin press
     a ball alike.
 
@@ -108,11 +109,13 @@ def calibrate_objects(
     )
     observed = [_observed(found, k, each[int(found.recording[k])], points) for k in range(found.n)]
     given = Observations(base, observed, points, found.usable, known_readings(known))
-    best, tried = likeliest_family(given)
-    fit, dead = best_fit(best, given)
-    _check_explained(fit, observed, found)
-    explanation = Explanation(best, fit, errors_of(best, given, fit, dead=dead), dead)
-    return _outcome(known, found, given, explanation, tried)
+    explanation, tried = explain(given)
+    _check_explained(explanation.fit, observed, found)
+    gains = gains_of_objects(given, explanation) if known.gains is None else None
+    if gains is not None and gains.agreed.worth:
+        given = given.with_gains(gains.map, gains.agreed.spread)
+        explanation, tried = explain(given)
+    return _outcome(known, found, given, explanation, tried, gains)
 
 
 def _check_enough(recordings: Sequence[Recording], things: Sequence[KnownObject], found: Presses) -> None:
@@ -185,7 +188,12 @@ def _check_explained(fit: Fit, observed: Sequence[Observed], found: Presses) -> 
 
 
 def _outcome(
-    known: Sensor, found: Presses, given: Observations, explanation: Explanation, tried: Mapping[str, float]
+    known: Sensor,
+    found: Presses,
+    given: Observations,
+    explanation: Explanation,
+    tried: Mapping[str, float],
+    gains: ObjectGains | None,
 ) -> Calibration:
     fit, observed = explanation.fit, given.observed
     measured = given.sensor(explanation.family, explanation.constants)
@@ -206,12 +214,12 @@ def _outcome(
         kind="objects",
         sensor=made,
         presses=found.n,
-        findings=tuple(_findings(explanation)),
-        unknown=tuple(_unknown(explanation, curved=len(tried) > 1, has_gains=known.gains is not None)),
-        notes=(*found.notes, *_notes(explanation, tried), *_gain_notes(known, given, explanation)),
+        findings=(*_findings(explanation), *_gain_findings(gains)),
+        unknown=tuple(_unknown(explanation, curved=len(tried) > 1, has_gains=measured.gains is not None)),
+        notes=(*found.notes, *_notes(explanation, tried), *_gain_notes(known, given, explanation, gains)),
         before=frames.max(axis=0) / frames.max(),
         after=_after(frames, fit.predicted),
-        error=np.full(found.usable.shape, np.nan),
+        error=gains.error if gains is not None and gains.agreed.worth else np.full(found.usable.shape, np.nan),
         residual=np.where(found.usable, np.sqrt(np.mean(residual**2, axis=0)), np.nan),
         curve=_curve(measured, fit, observed),
     )
@@ -242,6 +250,21 @@ def _findings(explanation: Explanation) -> list[Finding]:
         )
     )
     return findings
+
+
+def _gain_findings(gains: ObjectGains | None) -> list[Finding]:
+    if gains is None or not gains.agreed.worth:
+        return []
+    return [
+        Finding(
+            "gain_spread",
+            gains.agreed.spread,
+            gains.spread_error,
+            "how much the taxels' gains differ, as two halves of the presses agree; each is known to "
+            f"{100 * float(np.median(gains.error[gains.known])):.2g} %",
+            share=True,
+        )
+    ]
 
 
 def _unknown(explanation: Explanation, *, curved: bool, has_gains: bool) -> list[str]:
@@ -276,8 +299,12 @@ def _notes(explanation: Explanation, tried: Mapping[str, float]) -> list[str]:
     return notes
 
 
-def _gain_notes(known: Sensor, given: Observations, explanation: Explanation) -> list[str]:
-    """Say what this response makes of gains that were there before it."""
+def _gain_notes(known: Sensor, given: Observations, explanation: Explanation, gains: ObjectGains | None) -> list[str]:
+    """Say what was found of the gains and is not applied, and what this response makes of those that were there."""
+    if gains is not None and not gains.agreed.worth:
+        return [gains.agreed.refusal] if gains.agreed.spread >= LEAST_SPREAD else []
+    if gains is not None:
+        return hardly_pressed(given.usable & ~gains.known)
     if known.gains is None or not explanation.bends or not isinstance(known.response, Linear):
         return []
     if given.gain_readings is not None:

@@ -83,6 +83,8 @@ def fit_presses(
     high: Floats,
     places: Sequence[Floats] | None = None,
     free: bool = True,
+    by_gain: Forward | None = None,
+    gain_spread: float = 0.0,
 ) -> Fit:
     """Return the constants and places that fit best (Levenberg and Marquardt).
 
@@ -103,6 +105,11 @@ def fit_presses(
         Where to begin for each press; default: their own guess.
     free : bool
         Whether constants may move; otherwise only places do.
+    by_gain : callable, optional
+        How readings grow with the logarithm of each taxel's gain, where gains were found from the same presses:
+        constants are then less sure.
+    gain_spread : float
+        Prior spread of these gains.
     """
     n, sizes = len(observed), [each.start.size for each in observed]
     ends = np.cumsum([0, *sizes])
@@ -161,6 +168,8 @@ def fit_presses(
             break
     predicted = forward(face, theta)
     used = max(int(usable.sum()) * n - phi.size - count, 1)
+    if by_gain is not None and free:
+        normal = normal - _taken_by_gains(columns, own, (by_gain(face, theta) * weights).reshape(n, -1), gain_spread)
     inverse = np.linalg.pinv(normal)[:count, :count]
     by_residuals = np.diag(inverse) * float((left**2).sum()) / used
     # Residuals of one press are alike: how far each press as a whole pulls the constants.
@@ -193,3 +202,14 @@ def _normal(
         for i, one in enumerate(columns):
             normal[i, at] = normal[at, i] = block @ one[k]
     return normal, right
+
+
+def _taken_by_gains(columns: list[Floats], own: list[Floats], by_gain: Floats, spread: float) -> Floats:
+    """Return what the normal equations lose to gains that are as unknown: each taxel's touches no other taxel."""
+    blocks = [
+        np.array([(one * by_gain).sum(axis=0) for one in columns]),
+        *(b * g for b, g in zip(own, by_gain, strict=True)),
+    ]
+    beside = np.concatenate(blocks)
+    taken: Floats = (beside / ((by_gain**2).sum(axis=0) + 1.0 / spread**2)) @ beside.T
+    return taken

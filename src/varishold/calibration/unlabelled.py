@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy import linalg, ndimage
 
 from varishold._counted import counted
+from varishold.calibration.agreement import LEAST_SPREAD, agreement_of, hardly_pressed
 from varishold.calibration.readings import Presses, presses_of
 from varishold.calibration.result import Calibration, Finding, error_of_spread
 from varishold.errors import InputError
@@ -26,8 +27,6 @@ _SAME = 0.98
 
 #: Presses below which no gain can be told from the form of what pressed.
 FEWEST_PRESSES = 20
-#: Spread of the gains below which a correction does as much harm as good.
-LEAST_SPREAD = 0.03
 
 # A taxel takes part in a press where what surrounds it stands above this share of the press's peak, and it above
 # so many sigma of the noise.
@@ -42,8 +41,6 @@ _ROUNDS = 10
 _FORM = 1.3
 # Share of the usable taxels that must be pressed, and from which on few enough are left out.
 _LEAST_PRESSED, _WELL_PRESSED, _FEW = 0.5, 0.8, 50
-# Share of the gains' variance that two halves of the presses must agree on.
-_AGREEMENT = 0.5
 
 
 def calibrate_unlabelled(
@@ -94,16 +91,12 @@ def calibrate_unlabelled(
     pressed = inside.sum(axis=0) >= 3
     _check_reached(pressed | broken, found)
     told = (pressed & ~broken)[found.usable]
-    spread, agreement, differ = _agreed(*(half[found.usable][told] for half in halves))
-    of_fit, error = error, _FORM * np.maximum(error, differ)
-    applied = spread >= LEAST_SPREAD and agreement >= _AGREEMENT
+    agreed = agreement_of(*(half[found.usable][told] for half in halves))
+    of_fit, error = error, _FORM * np.maximum(error, agreed.differ)
+    applied = agreed.worth
     notes = _notes(found, broken, found.usable & ~pressed & ~broken)
     if not applied:
-        notes.insert(
-            0,
-            f"the gains were not applied: they spread by {100 * spread:.2g} %, of which two halves of the presses "
-            f"agree on {100 * agreement:.0f} %; below {100 * LEAST_SPREAD:.0f} %, or without agreement, nothing is won",
-        )
+        notes.insert(0, agreed.refusal)
     elif known.gains is not None:
         notes.append("the gains that were known are left: these take their place")
     kept = np.ones(found.usable.shape) if known.gains is None else known.gains
@@ -118,8 +111,8 @@ def calibrate_unlabelled(
         findings=(
             Finding(
                 "gain_spread",
-                spread,
-                error_of_spread(spread, differ, gains[found.usable][told], of_fit[found.usable][told]),
+                agreed.spread,
+                error_of_spread(agreed.spread, agreed.differ, gains[found.usable][told], of_fit[found.usable][told]),
                 f"how much the taxels' gains differ, as two halves of the presses agree; each is known to "
                 f"{100 * float(np.median(error[pressed])) if pressed.any() else 100:.2g} %",
                 share=True,
@@ -140,16 +133,6 @@ def calibrate_unlabelled(
     return outcome.recorded()
 
 
-def _agreed(one: Floats, other: Floats) -> tuple[float, float, float]:
-    """Return how far two halves' gains spread alike, which share of their variance that is, and how far they differ."""
-    if not one.size:
-        return 0.0, 0.0, 0.0
-    spread = float(np.sqrt(max(float(np.mean(one * other)), 0.0)))
-    agreement = spread**2 / max(float(np.mean((one**2 + other**2) / 2)), 1e-300)
-    # Half of the difference of two halves is what noise leaves of all of them.
-    return spread, agreement, float(np.std(one - other)) / 2
-
-
 def _notes(found: Presses, broken: NDArray[np.bool_], silent: NDArray[np.bool_]) -> list[str]:
     """Say which taxels are broken, and which were hardly pressed."""
     notes = []
@@ -166,12 +149,7 @@ def _notes(found: Presses, broken: NDArray[np.bool_], silent: NDArray[np.bool_])
         notes.append(
             f"{counted(found.n, 'press is', 'presses are')} few for this pad: {_FEW} to 100, all over it, are good"
         )
-    if silent.any():
-        notes.append(
-            counted(np.count_nonzero(silent), "taxel was hardly pressed: its", "taxels were hardly pressed: their")
-            + " gain is taken as 1; press there too"
-        )
-    return notes
+    return [*notes, *hardly_pressed(silent)]
 
 
 def _check_differ(found: Presses) -> None:
