@@ -1,9 +1,9 @@
 """Calibration: a sensor file from recordings, and how sure it is.
 
 `calibrate_even` finds gains, and with known pressures the response, from an even pressure; `calibrate_objects`
-response, dead band, blur and gains from objects of known form and size; `calibrate_unlabelled` gains, as far as they can be
-known, from presses of anything; `calibrate_scale` gains from small tips on a scale. Each returns a `Calibration`: what
-was found with its standard error, what could not be known, and the sensor to be written with
+response, dead band, blur and gains from objects of known form and size; `calibrate_unlabelled` gains, as far as they
+can be known, from presses of anything; `calibrate_scale` gains from small tips on a scale. Each returns a
+`Calibration`: what was found with its standard error, what could not be known, and the sensor to be written with
 `varishold.sensor.write_sensor`.
 """
 

@@ -116,7 +116,7 @@ def _beside(given: Observations, explained: Explanation) -> tuple[Floats, Floats
 
 
 def _taxels(off: Floats, sigma: Floats) -> tuple[Floats, Floats]:
-    """Return each taxel's own part of what presses are off, about 0 on the mean, and its standard error; NaN if unknown."""
+    """Return each taxel's own part of what presses are off, about 0 on the mean, and its error; NaN where unknown."""
     there = np.isfinite(off)
     known = there.sum(axis=0) >= _FEWEST
     if not known.any():
