@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from varishold.frame.neighbours import three_by_three
 from varishold.levelset.contact import Contact
-from varishold.touch.cut import ends_crookedly, half_hidden
+from varishold.touch.cut import corner_alone, cut_sides, ends_crookedly, falls_off_all_round, half_hidden
 from varishold.touch.decision import NAME_OF
 from varishold.touch.names import KINDS, NAMES, OUTLINE_OF
 
@@ -19,9 +19,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "FEWEST_LINES",
+    "bends",
     "cautious",
     "ends_flat",
     "few_off_grid",
+    "flat_across",
+    "hides_its_ends",
     "lost_in_a_hole",
     "no_surer",
     "shows_an_outline",
@@ -46,6 +49,9 @@ _HOLE_SHARE, _HIGH, _TOP, _FEWEST_OF_TOP, _NOISE_OF_TOP = 0.1, 0.5, 0.97, 3, 2.0
 _FEW_OFF_GRID, _OFF_GRID = 48, 0.75
 # So many of the contacts of which a border may hide half or more are what they look like, however far they go on.
 _HALF_HIDDEN = 0.85
+# At three quarters of its height a lying cylinder keeps so much of what it covers at one quarter: .58 on springs, .68
+# on an elastic body (Hertz), and with noise no more than this. A flat bar keeps more where its breadth shows.
+_MOST_KEPT = 0.72
 # Smoothed readings have their form from the smoothing where it takes fewer taxels: no form is surer then.
 _SMOOTHED, _SMOOTHED_TAXELS = 0.85, 256
 # Of a contact more than this share of which is saturated, a flat top is believed no further than this in one look; the
@@ -74,9 +80,28 @@ def cautious(surface: Surface, seen: Contact) -> Surface:
     if shows_an_outline(surface) or lost_in_a_hole(seen):
         alike = np.array([OUTLINE_OF[kind.name] == OUTLINE_OF[surface.name] for kind in KINDS])
         return no_surer(surface, _ONE_OF_SEVERAL, among=alike)
-    if surface.form not in ("edge", "plane") and half_hidden(seen):
+    if flat_across(surface, seen) or bends(surface, seen):
+        return no_surer(surface, _ONE_OF_SEVERAL)
+    if hides_its_ends(surface, seen) or (surface.form not in ("edge", "plane") and half_hidden(seen)):
         return no_surer(surface, _HALF_HIDDEN)
     return surface
+
+
+def flat_across(surface: Surface, seen: Contact) -> bool:
+    """Tell whether a lying cylinder that goes on beyond the pad is as flat as a bar: its sections hardly grow."""
+    if surface.name != "lying cylinder" or not cut_sides(seen):
+        return False
+    return surface.areas[surface.nearest(0.25)] > _MOST_KEPT * surface.areas[surface.nearest(0.75)]
+
+
+def bends(surface: Surface, seen: Contact) -> bool:
+    """Tell whether a plane falls off to every border, as a ball or a cushion that is larger than the pad does."""
+    return surface.form == "plane" and falls_off_all_round(seen)
+
+
+def hides_its_ends(surface: Surface, seen: Contact) -> bool:
+    """Tell whether of a square or a bar only one corner is seen: which of both it is nobody knows."""
+    return surface.section in ("square", "rectangle") and surface.form in ("pillar", "frustum") and corner_alone(seen)
 
 
 def shows_an_outline(surface: Surface) -> bool:

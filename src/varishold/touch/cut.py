@@ -10,7 +10,16 @@ from numpy.typing import NDArray
 
 from varishold.levelset.contact import Contact
 
-__all__ = ["SIDES", "Side", "completed_circle", "cut_sides", "ends_crookedly", "half_hidden"]
+__all__ = [
+    "SIDES",
+    "Side",
+    "completed_circle",
+    "corner_alone",
+    "cut_sides",
+    "ends_crookedly",
+    "falls_off_all_round",
+    "half_hidden",
+]
 
 Side = Literal["left", "right", "top", "bottom"]
 SIDES: tuple[Side, ...] = ("left", "right", "top", "bottom")
@@ -21,6 +30,9 @@ _HIGH = 0.3
 _CROOKED = 0.1
 # What goes less far in from the border than this share of its length along it may be half of a contact, or less.
 _HALF = 0.5
+# A plane bends where it reads less than this share of its middle third along each border, in the outer part of so much
+# of the field.
+_FALLS_OFF, _MIDDLE, _OUTER = 0.8, 1 / 3, 1 / 6
 # Outline points this near the border (taxels) belong to the cut, not to the outline.
 _NEAR = 0.8
 _FEWEST_POINTS = 6
@@ -61,6 +73,35 @@ def half_hidden(contact: Contact) -> bool:
     height, width = rows * contact.spacing[0], cols * contact.spacing[1]
     inward, along = (width, height) if sides[0] in ("left", "right") else (height, width)
     return bool(inward < _HALF * along)
+
+
+def corner_alone(contact: Contact) -> bool:
+    """Tell whether two borders that meet cut a contact over half of its breadth or more: neither length has both ends.
+
+    So the corner of a square looks like that of a bar, whichever way it goes on.
+    """
+    sides = cut_sides(contact)
+    if len(sides) != 2 or sides in (("left", "right"), ("top", "bottom")):
+        return False
+    high = contact.mask & (contact.values > contact.floor + _HIGH * (contact.peak - contact.floor))
+    at = {"left": high[:, 0], "right": high[:, -1], "top": high[0], "bottom": high[-1]}
+    return all(int(np.count_nonzero(at[side])) > _HALF * len(at[side]) for side in sides)
+
+
+def falls_off_all_round(contact: Contact) -> bool:
+    """Tell whether a contact all over the field falls off from its middle to every border, as no flat face does."""
+    if not all(contact.borders):
+        return False
+    values, mask = contact.values, contact.mask
+    rows, cols = mask.shape
+    high, wide = int(rows * _MIDDLE), int(cols * _MIDDLE)
+    row, col = max(int(rows * _OUTER), 1), max(int(cols * _OUTER), 1)
+    within = np.s_[high : rows - high, wide : cols - wide]
+    if not mask[within].any():
+        return False
+    least = _FALLS_OFF * np.median(values[within][mask[within]])
+    along = (np.s_[:row], np.s_[-row:], np.s_[:, :col], np.s_[:, -col:])
+    return all(bool(np.median(values[part][mask[part]]) < least) for part in along)
 
 
 def ends_crookedly(contact: Contact) -> bool:
