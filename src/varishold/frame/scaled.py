@@ -1,4 +1,4 @@
-"""Frames of which each was scaled to its own largest reading, or had its own mean taken off: found and taken back."""
+"""Frames of which each was scaled to its own range, or had its own mean taken off: found and taken back."""
 
 from __future__ import annotations
 
@@ -17,6 +17,11 @@ __all__ = ["OfItsOwn", "centred_frames", "scaled_frames", "scaled_words"]
 _FEWEST, _FEWEST_TAXELS, _LOOKED_AT = 12, 16, 64
 # Nearly all have the same largest reading, most in so few taxels, at so many places: neither saturated nor stuck.
 _ALIKE, _TAXELS, _PLACES = 0.9, 2, 4
+# Frames that were stretched between two ranks of their own, or stored as lossy pictures afterwards, end alike to within
+# this share of their range. Noise that fills the range is as rough as noise, lies about the middle of the range and
+# half of it takes a good part of that; frames in which something presses are so many times smoother. A tenth of the
+# frames and more are of either.
+_ENDS, _WHITE, _MIDDLE, _FILLS, _SMOOTHER, _EITHER = 0.1, 0.7, 1 / 3, 1 / 8, 3.0, 0.1
 # What is equal but for rounding; a mean of whole numbers is.
 _ROUNDING, _OF_WHOLE = 1e-6, 0.51
 # Readings of these ranks, as shares of all taxels, are of taxels that nothing presses: they tell a frame's level, and
@@ -65,7 +70,7 @@ class OfItsOwn:
 
 
 def scaled_frames(frames: Frames, usable: Mask) -> OfItsOwn | None:
-    """Return frames that were each scaled to its own largest reading as they were; None where they were not.
+    """Return frames that were each scaled to its own largest reading, or range, as they were; None for others.
 
     What nothing presses scatters alike in all frames of a sensor. How strong presses are becomes known roughly.
 
@@ -143,7 +148,7 @@ def _ranked(readings: Floats, ranks: tuple[float, ...]) -> list[Floats]:
 
 
 def scaled_words(frames: NDArray[Any], usable: NDArray[np.bool_]) -> tuple[str, ...]:
-    """Say that each frame seems to be scaled to its own largest reading; nothing where it does not.
+    """Say that each frame seems to be scaled to its own largest reading, or range; nothing where it does not.
 
     Parameters
     ----------
@@ -172,9 +177,34 @@ def _words(seen: Floats) -> tuple[str, ...]:
     alike = np.abs(highest - usual) <= _ROUNDING * abs(usual)
     few = np.count_nonzero(seen == highest[:, None], axis=1) <= _TAXELS
     places = np.unique(seen.argmax(axis=1)[alike & few])
-    if np.ptp(seen) == 0.0 or alike.mean() < _ALIKE or few.mean() <= 0.5 or places.size < _PLACES:
-        return ()
+    if np.ptp(seen) > 0.0 and alike.mean() >= _ALIKE and few.mean() > 0.5 and places.size >= _PLACES:
+        return (_told(f"largest reading, {usual:g}"),)
+    return (_told(f"range, about {np.median(seen.min(axis=1)):g} to {usual:g}"),) if _stretched(seen) else ()
+
+
+def _stretched(seen: Floats) -> bool:
+    """Tell whether nearly all frames take the same range, some of them with noise alone.
+
+    Noise of a sensor is as large where something presses as where nothing does: it fills the range of no frame that was
+    left as it is, beside presses.
+    """
+    low, high = seen.min(axis=1), seen.max(axis=1)
+    reach = _ENDS * float(np.median(high - low))
+    alike = np.maximum(np.abs(low - np.median(low)), np.abs(high - np.median(high))) <= reach
+    if seen.shape[1] < _FEWEST_TAXELS or reach == 0.0 or alike.mean() < _ALIKE:
+        return False
+    # Taxels come row by row: those side by side are mostly neighbours.
+    rough = np.median(np.abs(np.diff(seen, n=2, axis=1)), axis=1)
+    quarter, middle, three_quarters = _ranked(seen, (_LEVEL, 0.5, 1.0 - _LEVEL))
+    half = three_quarters - quarter
+    noise = (rough > _WHITE * half) & (half > _FILLS * (high - low))
+    noise &= np.abs(2.0 * middle - high - low) < _MIDDLE * (high - low)
+    smooth = _SMOOTHER * rough < np.median(rough[noise]) if noise.any() else noise
+    return bool(min(noise.mean(), smooth.mean()) >= _EITHER)
+
+
+def _told(by_what: str) -> str:
     return (
-        f"each frame seems to be scaled to its own largest reading, {usual:g}: loads cannot be told, and noise looks "
-        "like a press; give the readings as they come",
+        f"each frame seems to be scaled to its own {by_what}: loads cannot be told, and noise looks like a press; "
+        "give the readings as they come"
     )
