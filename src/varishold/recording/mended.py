@@ -20,6 +20,7 @@ from varishold.frame.fault import Fault
 from varishold.frame.glitches import GlitchRule, glitch_rule
 from varishold.frame.line_noise import column_noise, row_noise
 from varishold.frame.noisy import noisy_taxels, noisy_words
+from varishold.frame.padded import padding, padding_words
 from varishold.frame.scaled import centred_frames, scaled_frames
 from varishold.frame.silent import silent_frames
 from varishold.frame.spoilt import spoilt_frames
@@ -52,7 +53,8 @@ def without_faults(recording: Recording) -> Recording:
     those beside them, and taxels that are far noisier than others are marked as broken. Readings that adapt to what
     presses are taken back to it. What all taxels do together, as by mains hum, is taken off where some that nothing
     presses show it; so is how far the rest of all of them drifts, or of each of them. Readings below zero that were
-    stored without their sign get it back, frames that were enlarged the size that they had, and frames that were scaled
+    stored without their sign get it back, frames that were enlarged the size that they had, those that were laid into
+    larger ones no taxels around them, and frames that were scaled
     each for itself, or centred, the level and the scale of what nothing presses. A recording without any of this is
     returned as it is.
 
@@ -137,6 +139,16 @@ def _without(stored: Stored, drifts: Mapping[str, OwnDrift]) -> Stored:
 
 
 def _as_it_was(pad: StoredPad) -> StoredPad:
+    """Return a pad as it was before its frames were enlarged or laid into larger ones; others are returned as given."""
+    small = _not_enlarged(pad)
+    around = None if pad.positions_m is not None else padding(small.frames, _usable(small))
+    if around is None:
+        return small
+    field = ~around if small.field is None else small.field & ~around
+    return replace(small, field=field, notes=(*small.notes, padding_words(around)))
+
+
+def _not_enlarged(pad: StoredPad) -> StoredPad:
     """Return a pad as it was before its frames were enlarged; one whose frames were not is returned itself."""
     rows, cols = (1, 1) if pad.positions_m is not None else enlargement(pad.frames)
     if rows == cols == 1:
