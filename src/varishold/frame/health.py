@@ -139,10 +139,12 @@ def extent_of(blocks: Iterable[tuple[int, NDArray[Any]]], usable: NDArray[np.boo
     n_deep = np.count_nonzero(low[usable] < -max(highest, 0.0))
     several = n_deep >= max(2.0, _DEEP_SHARE * np.count_nonzero(usable)) or np.count_nonzero(usable) < 4
     if not signed and negative > _OUTWEIGH * positive and -lowest > _OUTWEIGH * max(highest, 0.0) and several:
+        deep = low[usable][low[usable] < -max(highest, 0.0)]
+        mark = f"; where {lowest:g} stands for no reading, mark those taxels in valid" if np.ptp(deep) == 0.0 else ""
         raise InputError(
             f"pressure is mostly negative ({n_negative} values below 0, {n_positive} above; {lowest:g} to "
             f"{highest:g}): larger must mean more pressure; negate the values, or give a sensor file that says rest, "
-            "and polarity = 'down' where they fall under pressure"
+            f"and polarity = 'down' where they fall under pressure{mark}"
         )
     return Extent(low, high, _still_by_chance(sampled, usable & (low == high), usable & (low != high), n_frames))
 

@@ -19,6 +19,7 @@ from varishold.frame.enlarged import enlargement
 from varishold.frame.fault import Fault
 from varishold.frame.glitches import GlitchRule, glitch_rule
 from varishold.frame.line_noise import column_noise, row_noise
+from varishold.frame.marked import marked_readings
 from varishold.frame.noisy import noisy_taxels, noisy_words
 from varishold.frame.padded import padding, padding_words
 from varishold.frame.scaled import centred_frames, scaled_frames
@@ -33,12 +34,12 @@ from varishold.recording.stored import Column, Stored, StoredPad, Turned, stored
 
 __all__ = ["stored_without_faults", "without_faults"]
 
-# In this order: nothing is right without signs, frames without a picture, or with half of one, would hide all else,
-# what sticks would hide glitches, a glitch is no part of what all taxels do, and drift is seen where they do nothing
-# else.
+# In this order: nothing is right without signs, frames without a picture, or with half of one, and readings that are
+# none would hide all else, what sticks would hide glitches, a glitch is no part of what all taxels do, and drift is
+# seen where they do nothing else.
 _FAULTS = (
-    *(wrapped_readings, silent_frames, scaled_frames, centred_frames, spoilt_frames, sticking_taxels, glitch_rule),
-    *(adapting_readings, common_mode, row_noise, column_noise, drifting_rest),
+    *(wrapped_readings, silent_frames, marked_readings, scaled_frames, centred_frames, spoilt_frames),
+    *(sticking_taxels, glitch_rule, adapting_readings, common_mode, row_noise, column_noise, drifting_rest),
 )
 
 # So often presses are looked for while the rest of each taxel becomes known.
@@ -50,13 +51,13 @@ def without_faults(recording: Recording) -> Recording:
 
     What is replaced gets the median of what the taxel reads in the frames beside it. A taxel or a line that sticks from
     some frame on is filled from the taxels around it. Frames that break off or are full of noise for a moment are as
-    those beside them, and taxels that are far noisier than others are marked as broken. Readings that adapt to what
-    presses are taken back to it. What all taxels do together, as by mains hum, is taken off where some that nothing
-    presses show it; so is how far the rest of all of them drifts, or of each of them. Readings below zero that were
-    stored without their sign get it back, frames that were enlarged the size that they had, those that were laid into
-    larger ones no taxels around them, and frames that were scaled
-    each for itself, or centred, the level and the scale of what nothing presses. A recording without any of this is
-    returned as it is.
+    those beside them, as are readings of one number far beyond all others, and taxels that are far noisier than others
+    are marked as broken. Readings that adapt to what presses are taken back to it. What all taxels do together, as by
+    mains hum, is taken off where some that nothing presses show it; so is how far the rest of all of them drifts, or of
+    each of them. Readings below zero that were stored without their sign get it back, frames that were enlarged the
+    size that they had, those that were laid into larger ones no taxels around them, and frames that were scaled each
+    for itself, or centred, the level and the scale of what nothing presses. A recording without any of this is returned
+    as it is.
 
     Examples
     --------
