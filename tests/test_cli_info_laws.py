@@ -137,6 +137,16 @@ def test_a_shape_and_a_sensor_are_used(tmp_path: Path) -> None:
     assert "note: read with the sensor mat" in lines
 
 
+def test_a_pitch_that_the_sensor_says_is_told_unless_the_recording_knows_its_own(tmp_path: Path) -> None:
+    write_sensor(Sensor(pitch_m=(3e-3, 4e-3)), tmp_path / "mat.toml")
+    for own, words in ((None, "rows 3 mm, columns 4 mm apart"), (5e-3, "5 mm apart")):
+        write(Recording({"pad": Pad(np.ones((2, 3, 3)), pitch_m=own)}), tmp_path / "a.npz")
+        lines = said("info", tmp_path / "a.npz", "--sensor", tmp_path / "mat.toml")
+        assert f"pad       3 x 3 taxels, {words};" in lines
+        told = json.loads(said("info", tmp_path / "a.npz", "--sensor", tmp_path / "mat.toml", "--json"))
+        assert told["pads"][0]["pitch_m"] == [own or 3e-3, own or 4e-3]
+
+
 def test_a_validation_counts_faults_of_all_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in "abc":
         write(Recording({"p": Pad(np.ones((2, 3, 3)))}), tmp_path / f"{name}.npz")

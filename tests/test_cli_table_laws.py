@@ -96,6 +96,9 @@ def test_what_failed_is_told_and_the_status_is_1(asked: dict[str, Any], capsys: 
         "output": "t.parquet", "rows": 7, "frames": 40, "recordings": 2,
         "failures": {"c": "c: is bad", "d": "d: too"}, "parts": "parts",
     }  # fmt: skip
+    asked["outcome"] = Outcome(7, 40, {"a.npz": {}}, dict.fromkeys("bcdefgh", "is bad"), Path("parts"))
+    note = said("measure", "a.npz", "-o", "t.parquet", status=1).splitlines()[1]
+    assert note.startswith("note: b, c, d, e, f and 2 more not in it; mend or leave out, and run again:")
     asked["outcome"] = Outcome(0, 0, {}, {}, None)
     assert said("measure", "a.npz", "-o", "t.parquet") == "t.parquet: 0 contacts in 0 frames of 0 recordings\n"
     assert json.loads(said("measure", "a.npz", "-o", "t.parquet", "--json"))["parts"] is None

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Spread", "crew", "recognize_corpus", "touch_corpus"]
 
+# So many recordings that failed are named once more at the end.
+_MOST_NAMED = 5
+
 
 @dataclass(frozen=True)
 class Spread:
@@ -163,8 +166,11 @@ def _write_table(files: list[str], ask: Ask, spread: Spread, reading: _Reading) 
             f"{counted(n_good, 'recording')}"
         )
         if found.failures:
+            # Each was told as it failed, in a line of its own.
+            some, more = [*found.failures][:_MOST_NAMED], len(found.failures) - _MOST_NAMED
+            names = ", ".join(some) + (f" and {more} more" if more > 0 else "")
             echo(
-                f"note: {', '.join(found.failures)} not in it; mend or leave out, and run again: the parts of the "
+                f"note: {names} not in it; mend or leave out, and run again: the parts of the "
                 f"others wait in {found.folder}"
             )
     return found

@@ -61,6 +61,10 @@ def info(
         # What is only asked about is among the notes.
         more = (fault for fault in faults_beside(recording, known) if fault not in found.notes)
         found = replace(found, faults=(*found.faults, *more))
+        if known is not None and known.pitch_m is not None:
+            # As every command takes it that reads with the sensor.
+            pads = (pad if pad.pitch_m else replace(pad, pitch_m=known.pitch_m) for pad in found.pads)
+            found = replace(found, pads=tuple(pads))
         if json:
             print_json({"file": file, **found.to_dict()})
             return
