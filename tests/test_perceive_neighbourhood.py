@@ -10,7 +10,16 @@ import pytest
 import scipy.optimize
 from numpy.typing import NDArray
 
-from varishold.perceive import Belief, Evidence, Library, read_library, touch_learning, write_library
+from varishold.perceive import (
+    NONE_OF_THESE,
+    Belief,
+    Evidence,
+    Library,
+    Perceiver,
+    read_library,
+    touch_learning,
+    write_library,
+)
 from varishold.perceive.neighbourhood import folds_of, learn_map
 from varishold.perceive.size_model import fit_size_model
 
@@ -104,7 +113,9 @@ def test_poses_of_one_object_need_not_be_told_from_each_other(monkeypatch: pytes
     assert by_object[0] > 2 * by_object[1:].max()
     learned = touch_learning._with_learned_metric
     monkeypatch.setattr(
-        touch_learning, "_with_learned_metric", lambda model, owner, of: learned(model, owner, np.arange(len(of)))
+        touch_learning,
+        "_with_learned_metric",
+        lambda model, owner, of, log_size: learned(model, owner, np.arange(len(of)), log_size),
     )
     by_kind = counts(in_two_poses(6))
     assert by_kind[1] > 2 * by_kind[2:].max()
@@ -135,6 +146,35 @@ def test_what_a_metric_was_learned_from_is_not_thought_more_usual_than_what_it_w
     for level in (0.05, 0.1, 0.3):
         share = np.mean(np.array(p) <= level)
         assert share <= level + 3 * np.sqrt(level * (1 - level) / len(p)), level
+
+
+@pytest.mark.parametrize(("objects", "examples", "numbers"), [(5, 10, 40), (2, 40, 60)])
+def test_as_many_numbers_as_examples_make_known_things_no_stranger(objects: int, examples: int, numbers: int) -> None:
+    """What an example brings into the metric makes no other touch seem odd beside it."""
+    p, refused, n = [], 0, 12
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        middles = rng.normal(size=(objects, numbers))
+
+        def touched(middle: NDArray[np.float64], rng: np.random.Generator = rng) -> list[Evidence]:
+            return [
+                Evidence(touch, {f"a{k}": x for k, x in enumerate(middle + rng.normal(size=numbers))})
+                for touch in ("grasp", "regrasp")
+            ]
+
+        named = {f"thing {k}": middle for k, middle in enumerate(middles)}
+        of = Library.from_examples({name: [touched(at) for _ in range(examples)] for name, at in named.items()})
+        for name, at in named.items():
+            for _ in range(n):
+                perceiver = Perceiver(of)
+                updates = [perceiver.feel(evidence) for evidence in touched(at)]
+                p.append(updates[0].p_value)
+                refused += perceiver.answer().object == NONE_OF_THESE
+                assert max(updates[-1].probability, key=updates[-1].probability.__getitem__) == name
+    for level in (1 / (1 + examples), 0.2):
+        share = np.mean(np.array(p) <= level)
+        assert share <= level + 3 * np.sqrt(level * (1 - level) / len(p)), level
+    assert refused <= 0.05 * len(p)
 
 
 def test_the_slope_is_that_of_the_surprise(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,6 +13,7 @@ import pytest
 from varishold.errors import InputError
 from varishold.perceive import Evidence, Library, for_pads, library_file, poor_pads, read_library, shipped_library
 from varishold.perceive.poor_pads import _Changes, _touches
+from varishold.perceive.touch_model import conformities
 from varishold.skin import Taxels
 
 pytestmark = pytest.mark.skipif(not library_file._SHIPPED.is_file(), reason="no library of objects is shipped")
@@ -112,6 +113,21 @@ def test_poorer_taxels_scatter_more_and_the_same_seed_gives_the_same_library(sma
     first, again, other = (for_pads(small, POOR, seed=seed).touches["grasp"].values for seed in (1, 1, 2))
     np.testing.assert_array_equal(first, again)
     assert not np.array_equal(first, other, equal_nan=True)
+
+
+@pytest.mark.usefixtures("few")
+def test_examples_of_a_small_library_are_judged_by_the_scatter_of_the_others(small: Library) -> None:
+    felt = small.touches["grasp"]
+    rows = {name: np.flatnonzero(small.owner == k)[:12] for k, name in enumerate(small.objects)}
+    own = Library.from_examples(
+        {
+            name: [[Evidence("grasp", dict(zip(felt.metric.names, felt.values[i], strict=True)))] for i in some]
+            for name, some in rows.items()
+        }
+    )
+    model = for_pads(own, Taxels(noise=0.05, dead=0.03)).touches["grasp"]
+    made = np.flatnonzero(model.made)
+    assert (model.scores[made] < conformities(model, own.kind, made) - 0.1).all()
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import require
 
-__all__ = ["Metric", "fit_metric"]
+__all__ = ["Metric", "fit_metric", "own_scatter"]
 
 Floats = NDArray[np.float64]
 
@@ -28,6 +28,9 @@ _MOST_PARTS = 4
 
 # What is added to the within-object covariance of standardized numbers.
 _SHRINK = 0.2
+
+# What is left of an example that alone tells where its object lies, but for rounding.
+_ALONE = 1e-9
 
 # So few examples of an object, or sizes so near each other in logarithm, do not tell what changes with size.
 _FEW, _ONE_SIZE = 8, 0.05
@@ -136,9 +139,43 @@ def fit_metric(
     spread = np.sqrt(np.where(known, (values - shift) ** 2, 0.0).sum(axis=0) / count)
     scale = np.where(spread > 1e-9, spread, 1.0)
     metric = Metric(names, shift, scale, np.eye(len(names)))
-    units = np.where(known, metric.standardized(values), 0.0)
-    rest = np.zeros_like(units)
-    free = len(units)
+    rest, free, _ = _within(metric, values, owner, log_size)
+    covariance = rest.T @ rest / free
+    # Few examples of many numbers make directions look narrow that are not.
+    shrink *= 1 + len(names) / free
+    return Metric(names, shift, scale, covariance + shrink * np.eye(len(names)))
+
+
+def own_scatter(metric: Metric, values: Floats, owner: NDArray[np.int64], log_size: Floats | None = None) -> Floats:
+    """Return what each example brings into the covariance of a metric that was fitted to it and others.
+
+    Parameters
+    ----------
+    metric : Metric
+        As `fit_metric` made it of the other arguments.
+
+    Returns
+    -------
+    ndarray of shape (n, d)
+        Whitened: without an example whose row is u, the covariance of whitened numbers is that of all, the unit matrix,
+        less the product of u with itself.
+    """
+    rest, free, left = _within(metric, values, owner, log_size)
+    # An example that alone tells where its object lies scatters about nothing.
+    alone = np.divide(1.0, left, out=np.zeros_like(left), where=left > _ALONE)
+    out: Floats = (rest * np.sqrt(alone / free)[:, None]) @ metric.whitening
+    return out
+
+
+def _within(
+    metric: Metric, values: Floats, owner: NDArray[np.int64], log_size: Floats | None
+) -> tuple[Floats, int, Floats]:
+    """Return the rests of examples in their object, how many of them are free, and the share that each has left.
+
+    That is what is left of an example's distance from where the others of its object say that it should lie.
+    """
+    units = np.nan_to_num(metric.standardized(values), nan=0.0, posinf=0.0, neginf=0.0)
+    rest, left, free = np.zeros_like(units), np.ones(len(units)), len(units)
     for k in np.unique(owner):
         rows = owner == k
         basis = np.ones((int(rows.sum()), 1))
@@ -146,9 +183,6 @@ def fit_metric(
         if log_size is not None and len(basis) > _FEW and np.ptp(log_size[rows]) > _ONE_SIZE:
             basis = np.vander(log_size[rows], 3)
         rest[rows] = units[rows] - basis @ np.linalg.lstsq(basis, units[rows], rcond=None)[0]
+        left[rows] -= (basis * np.linalg.pinv(basis).T).sum(axis=1)
         free -= basis.shape[1]
-    free = max(free, 1)
-    covariance = rest.T @ rest / free
-    # Few examples of many numbers make directions look narrow that are not.
-    shrink *= 1 + len(names) / free
-    return Metric(names, shift, scale, covariance + shrink * np.eye(len(names)))
+    return rest, max(free, 1), left

@@ -19,8 +19,8 @@ from varishold.errors import InputError, require
 from varishold.files import open_archive
 from varishold.perceive.evidence import form_values, pad_values
 from varishold.perceive.library import Library
-from varishold.perceive.metric import Metric, fit_metric
-from varishold.perceive.touch_model import TouchModel, tempered
+from varishold.perceive.metric import Metric, fit_metric, own_scatter
+from varishold.perceive.touch_model import TouchModel, with_scores
 from varishold.skin import Skin, Taxels
 from varishold.touch import feel_surface
 
@@ -121,9 +121,13 @@ def _changed(
     values, others = (_felt_again(names, each, pads, forms, rng) for each in (model.values, model.others))
     rows = model.made & library.usual if (model.made & library.usual).any() else model.made
     metric = _scattering_more(model, values[rows], library, rows)
-    # Conformity and power are told anew; the kernel stays. No metric was learned from what is felt now.
+    # Conformity and power are told anew; the kernel stays. Of what is felt now its scatter was learned, if anything.
     changed = replace(model, metric=metric, values=values, others=others, optimism=None)
-    return tempered(changed, library.kind, 1.0)
+    own = None
+    if model.optimism is None:
+        own = np.zeros_like(values)
+        own[rows] = own_scatter(metric, values[rows], library.kind[rows], library.log_size[rows])
+    return with_scores(changed, library.kind, own)
 
 
 def _scattering_more(model: TouchModel, values: Floats, library: Library, rows: NDArray[np.bool_]) -> Metric:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from varishold.perceive.evidence import SIZE_PREFIX
 from varishold.perceive.likelihood import log_mean, mean_by_kind, members_of_kinds, squares_from
-from varishold.perceive.metric import fit_metric
+from varishold.perceive.metric import fit_metric, own_scatter
 from varishold.perceive.neighbourhood import folds_of, learn_map
 from varishold.perceive.size_model import fit_size_model
 from varishold.perceive.touch_model import TouchModel, conformities, squares_among, with_scores
@@ -83,14 +83,21 @@ def touch_model(
         cost=cost,
         seconds=seconds,
     )
+    own = np.zeros_like(values)
+    own[made] = own_scatter(metric, values[made], owner[made], log_size[made])
     of = np.arange(int(owner.max()) + 1) if object_of_kind is None else object_of_kind
-    return with_scores(_with_learned_metric(_choose_kernel(model, owner), owner, of), owner)
+    plain = _choose_kernel(model, owner, own)
+    learned = _with_learned_metric(plain, owner, of, log_size)
+    return with_scores(learned, owner, own if learned is plain else None)
 
 
-def _choose_kernel(model: TouchModel, owner: NDArray[np.int64]) -> TouchModel:
-    """Choose the kernel by the probability that examples give to their own object when they are left out."""
+def _choose_kernel(model: TouchModel, owner: NDArray[np.int64], own: Floats) -> TouchModel:
+    """Choose the kernel by the probability that examples give to their own object when they are left out.
+
+    `own`: what each brings into the metric, which is left out too.
+    """
     rows = np.sort(np.random.default_rng(0).permutation(np.flatnonzero(model.made))[:_MOST_CHOOSERS])
-    return _best_kernel(model, owner, [(rows, squares_among(model, rows))], product(_WIDTHS, _FALLS))[0]
+    return _best_kernel(model, owner, [(rows, squares_among(model, rows, own))], product(_WIDTHS, _FALLS))[0]
 
 
 def _best_kernel(
@@ -121,7 +128,9 @@ def _do_for_a_metric(kinds: NDArray[np.int64], owner: NDArray[np.int64]) -> bool
     return bool(np.bincount(kinds, minlength=int(owner.max()) + 1).min() >= _LEAST_OF_A_KIND)
 
 
-def _with_learned_metric(model: TouchModel, owner: NDArray[np.int64], object_of_kind: NDArray[np.int64]) -> TouchModel:
+def _with_learned_metric(
+    model: TouchModel, owner: NDArray[np.int64], object_of_kind: NDArray[np.int64], log_size: Floats
+) -> TouchModel:
     """Learn the metric by which examples lie nearest to their own object, other things being one object more.
 
     An object that was felt in several poses need not feel alike in them, and they need not be told from each other. The
@@ -132,13 +141,14 @@ def _with_learned_metric(model: TouchModel, owner: NDArray[np.int64], object_of_
     if not _do_for_a_metric(owner[made], owner):
         return model
     n, kernel = len(made), (model.width, model.fall)
-    white = np.concatenate([model.white[made], model.white_others[strange]])
     objects = object_of_kind[owner]
     kind = np.concatenate([objects[made], np.full(len(strange), objects.max() + 1)])
     fold = folds_of(np.concatenate([owner[made], np.full(len(strange), owner.max() + 1)]), _FOLDS)
     held_out, judged, plain = [], [], []
     for k in range(_FOLDS):
-        own = np.flatnonzero(fold[:n] == k)
+        own, rest = np.flatnonzero(fold[:n] == k), made[fold[:n] != k]
+        metric = fit_metric(model.metric.names, model.values[rest], owner[rest], log_size[rest])
+        white = _whitened(replace(model, metric=metric), made, strange)
         there = white @ learn_map(white[fold != k], kind[fold != k], *kernel).astype(np.float32)
         held_out.append((own, squares_from(there, own)))
         some = np.random.default_rng(k).permutation(len(own))[: _MOST_CHOOSERS // _FOLDS]
@@ -147,7 +157,7 @@ def _with_learned_metric(model: TouchModel, owner: NDArray[np.int64], object_of_
     best, surprise = _best_kernel(model, objects[made], judged, product(_LEARNED_WIDTHS, _LEARNED_FALLS))
     if surprise >= _best_kernel(model, objects[made], plain, [kernel])[1]:
         return model
-    map_ = learn_map(white, kind, *kernel)
+    map_ = learn_map(_whitened(model, made, strange), kind, *kernel)
     if not np.linalg.cond(map_) < _MOST_UNEVEN:
         return model
     learned = replace(best, metric=model.metric.mapped(map_))
@@ -157,6 +167,10 @@ def _with_learned_metric(model: TouchModel, owner: NDArray[np.int64], object_of_
         said = mean_by_kind(log_kernel[:, :n], members)[np.arange(len(own)), owner[made[own]]]
         held[made[own]] = said - log_mean(log_kernel[:, n:]) if len(strange) else said
     return replace(learned, optimism=np.nan_to_num(conformities(learned, owner, np.arange(len(owner))) - held))
+
+
+def _whitened(model: TouchModel, rows: NDArray[np.int64], others: NDArray[np.int64]) -> NDArray[np.float32]:
+    return np.concatenate([model.white[rows], model.white_others[others]])
 
 
 def _some(rows: NDArray[np.int64], most: int) -> NDArray[np.int64]:

@@ -234,9 +234,13 @@ class TouchModel:
             others=self.others[:, known],
             fall=self._fall(int(known.sum())),
         )
-        n = int(rows.sum())
-        scores = conformities(part, np.zeros(n, dtype=np.int64), np.arange(n))
-        return scores if self.optimism is None else scores - self.optimism[rows] * float(known.mean())
+        alike = np.zeros(int(rows.sum()), dtype=np.int64), np.arange(int(rows.sum()))
+        if self.optimism is None:
+            whole = replace(self, values=self.values[rows])
+            optimism = conformities(whole, *alike) - self.scores[rows]
+        else:
+            optimism = self.optimism[rows]
+        return conformities(part, *alike) - optimism * float(known.mean())
 
     @cached_property
     def _calibrations(self) -> dict[tuple[int, bytes], tuple[NDArray[np.int64], Floats | None, Calibration]]:
@@ -271,33 +275,51 @@ class TouchModel:
         return self.fall * float(np.sqrt(known / len(self.metric.names)))
 
 
-def squares_among(model: TouchModel, rows: NDArray[np.int64]) -> Floats:
-    """Squared distances of some examples from all, shape (n_rows, n); infinite from themselves and the unmade."""
+def squares_among(model: TouchModel, rows: NDArray[np.int64], own: Floats | None = None) -> Floats:
+    """Squared distances of some examples from all, shape (n_rows, n); infinite from themselves and the unmade.
+
+    With `own`, what each of all brings into the metric (`own_scatter`), one is measured by the metric without it.
+    """
     squares = squares_from(model.white, rows)
+    if own is not None:
+        squares += _without(own[rows], model.white[rows], model.white)
     squares[:, ~model.made] = np.inf
     return squares
 
 
-def with_scores(model: TouchModel, owner: NDArray[np.int64], share: float = 1.0) -> TouchModel:
-    """Tell the conformity of the examples and the power of the touch; `share`: of the optimism that is left."""
-    scores, optimism = conformities(model, owner, np.arange(len(owner))), model.optimism
-    if optimism is not None:
-        optimism = share * optimism
-        scores = scores - optimism
-    return _with_power(replace(model, scores=scores, optimism=optimism), owner)
+def _without(own: Floats, white: NDArray[np.float32], others: NDArray[np.float32]) -> Floats:
+    """Return by how much squared distances (n, m) from others grow by the metric without each example's own scatter."""
+    along = (own * white).sum(axis=1)[:, None] - own @ others.T
+    out: Floats = along**2 / (1.0 - (own**2).sum(axis=1))[:, None]
+    return out
 
 
-def conformities(model: TouchModel, owner: NDArray[np.int64], rows: NDArray[np.int64]) -> Floats:
-    """Log-likelihood of examples under the others of their object, less that under other things."""
+def with_scores(model: TouchModel, owner: NDArray[np.int64], own: Floats | None = None) -> TouchModel:
+    """Tell the conformity of the examples and the power of the touch; `own` as for `squares_among`."""
+    scores = conformities(model, owner, np.arange(len(owner)), own)
+    return _with_power(replace(model, scores=scores if model.optimism is None else scores - model.optimism), owner)
+
+
+def conformities(
+    model: TouchModel, owner: NDArray[np.int64], rows: NDArray[np.int64], own: Floats | None = None
+) -> Floats:
+    """Log-likelihood of examples under the others of their object, less that under other things.
+
+    `own` as for `squares_among`.
+    """
     out = np.full(len(rows), np.nan)
     made = rows[model.made[rows]]
     d, strange, members = len(model.metric.names), model.white_others, members_of_kinds(owner)
     for start in range(0, len(made), _AT_ONCE):
         part = made[start : start + _AT_ONCE]
-        own = mean_by_kind(model.kernel(squares_among(model, part), d), members)[np.arange(len(part)), owner[part]]
+        by_kind = mean_by_kind(model.kernel(squares_among(model, part, own), d), members)
+        said = by_kind[np.arange(len(part)), owner[part]]
         if len(strange):
-            own = own - log_mean(model.kernel(squared_distances(model.white[part], strange), d))
-        out[np.searchsorted(rows, part)] = own
+            squares = squared_distances(model.white[part], strange)
+            if own is not None:
+                squares += _without(own[part], model.white[part], strange)
+            said = said - log_mean(model.kernel(squares, d))
+        out[np.searchsorted(rows, part)] = said
     return out
 
 
@@ -337,4 +359,10 @@ def with_own_examples(model: TouchModel, owner: NDArray[np.int64], new: NDArray[
 
 def tempered(model: TouchModel, owner: NDArray[np.int64], share: float) -> TouchModel:
     """Return a model whose likelihoods are raised to the power of `share`."""
-    return with_scores(replace(model, fall=model.fall * share), owner, share)
+    rows = np.arange(len(owner))
+    # By how much its examples conform better for what was learned from them.
+    optimism = share * (conformities(model, owner, rows) - model.scores)
+    weaker = replace(
+        model, fall=model.fall * share, optimism=None if model.optimism is None else share * model.optimism
+    )
+    return _with_power(replace(weaker, scores=conformities(weaker, owner, rows) - optimism), owner)
