@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,15 +20,11 @@ if TYPE_CHECKING:
 
 __all__ = [
     "FEWEST_LINES",
-    "bends",
+    "LIMITS",
+    "Limit",
     "cautious",
     "ends_flat",
-    "few_off_grid",
-    "flat_across",
-    "hides_its_ends",
-    "lost_in_a_hole",
     "no_surer",
-    "shows_an_outline",
     "told_unknown",
     "unsure_of_plane",
     "unsure_of_smoothed",
@@ -64,27 +61,56 @@ _NEARLY_ONE = ("ridge", "hip")
 _SPREAD = 1e-6
 
 
+class Limit(NamedTuple):
+    """What a pad or a contact may be that shows no form surely.
+
+    Parameters
+    ----------
+    holds : callable
+        Whether it is so of a surface and its contact with small gaps bridged, as it was named.
+    most : float
+        How sure a name may be then.
+    says : str
+        The reason; ``{across}`` is how many taxels the pad has across.
+    outline : bool
+        Whether the outline shows all the same, so that only its forms share what the name loses.
+    unknown : bool
+        Whether it limits what has no name, too.
+    """
+
+    holds: Callable[[Surface, Contact], bool]
+    most: float
+    says: str
+    outline: bool = False
+    unknown: bool = False
+
+
 def cautious(surface: Surface, seen: Contact) -> Surface:
-    """Return a surface, no surer than the pad can be: narrow or with a crooked border, on-off taxels, none at the top.
+    """Return a surface, no surer than the pad can be, by the first of `LIMITS` that holds.
 
     `seen` is its contact with small gaps bridged, as it was named.
     """
-    if min(surface.contact.shape) < FEWEST_LINES:
-        return no_surer(surface, _ONE_OF_SEVERAL)
-    if surface.name == "unknown":
-        return surface
-    if surface.form != "plane" and ends_crookedly(seen):
-        return no_surer(surface, _ONE_OF_SEVERAL)
-    if few_off_grid(seen):
-        return no_surer(surface, _OFF_GRID)
-    if shows_an_outline(surface) or lost_in_a_hole(seen):
-        alike = np.array([OUTLINE_OF[kind.name] == OUTLINE_OF[surface.name] for kind in KINDS])
-        return no_surer(surface, _ONE_OF_SEVERAL, among=alike)
-    if flat_across(surface, seen) or bends(surface, seen):
-        return no_surer(surface, _ONE_OF_SEVERAL)
-    if hides_its_ends(surface, seen) or (surface.form not in ("edge", "plane") and half_hidden(seen)):
-        return no_surer(surface, _HALF_HIDDEN)
+    for limit in LIMITS:
+        if (limit.unknown or surface.name != "unknown") and limit.holds(surface, seen):
+            outline = OUTLINE_OF[surface.name]
+            alike = np.array([OUTLINE_OF[kind.name] == outline for kind in KINDS]) if limit.outline else None
+            return no_surer(surface, limit.most, among=alike)
     return surface
+
+
+def narrow(surface: Surface, _: Contact) -> bool:
+    """Tell whether a pad has so few rows or columns that nobody knows what is beyond."""
+    return min(surface.contact.shape) < FEWEST_LINES
+
+
+def crooked(surface: Surface, seen: Contact) -> bool:
+    """Tell whether much of a form's outline is a border of the pad that is not straight."""
+    return surface.form not in ("plane", "unknown") and ends_crookedly(seen)
+
+
+def goes_on(surface: Surface, seen: Contact) -> bool:
+    """Tell whether a border of the pad may hide half of what touches, but for what goes on beyond it anyway."""
+    return surface.form not in ("edge", "plane") and half_hidden(seen)
 
 
 def flat_across(surface: Surface, seen: Contact) -> bool:
@@ -104,7 +130,7 @@ def hides_its_ends(surface: Surface, seen: Contact) -> bool:
     return surface.section in ("square", "rectangle") and surface.form in ("pillar", "frustum") and corner_alone(seen)
 
 
-def shows_an_outline(surface: Surface) -> bool:
+def shows_an_outline(surface: Surface, _: Contact) -> bool:
     """Tell whether all taxels of a form read exactly the same, as on-off taxels do: an outline without a form."""
     contact = surface.contact
     # Where there is noise readings are not all the same; an edge and a plane are outlines.
@@ -114,22 +140,22 @@ def shows_an_outline(surface: Surface) -> bool:
     return bool((inside[contact.mask] == contact.peak).all())
 
 
-def few_off_grid(contact: Contact) -> bool:
+def few_off_grid(_: Surface, seen: Contact) -> bool:
     """Tell whether a contact covers only a few of taxels that stand on no grid."""
-    stands = contact.frame.losses.stands
-    return stands is not None and int(np.count_nonzero(stands[contact.window] & contact.mask)) < _FEW_OFF_GRID
+    stands = seen.frame.losses.stands
+    return stands is not None and int(np.count_nonzero(stands[seen.window] & seen.mask)) < _FEW_OFF_GRID
 
 
-def lost_in_a_hole(contact: Contact) -> bool:
+def lost_in_a_hole(_: Surface, seen: Contact) -> bool:
     """Tell whether a contact's top, or much of it, lies in a hole of broken taxels, or in a bridged gap.
 
     What fills a hole tells no form. A broken taxel with a working one beside it is none, but on a small contact four of
     them in a square are.
     """
-    broken = contact.frame.losses.repaired
+    broken = seen.frame.losses.repaired
     if broken is None:
         return False
-    taxels, values = contact.frame.label[1:-1, 1:-1] == contact.index, contact.frame.padded[1:-1, 1:-1]
+    taxels, values = seen.frame.label[1:-1, 1:-1] == seen.index, seen.frame.padded[1:-1, 1:-1]
     deep = np.all(three_by_three(broken, off_pad=True), axis=0) & taxels
     if np.count_nonzero(taxels) < _SMALL:
         deep |= _in_squares(broken) & taxels
@@ -142,9 +168,57 @@ def lost_in_a_hole(contact: Contact) -> bool:
     peak = float(values[working].max(initial=0.0))
     if not (values[rim] >= _HIGH * peak).any():
         return False
-    noise = contact.frame.sigma
+    noise = seen.frame.sigma
     top = _TOP * peak - (_NOISE_OF_TOP * noise if noise > 0.0 else 0.0)
     return int(np.count_nonzero(values[working & ~_beside(broken)] >= top)) < _FEWEST_OF_TOP
+
+
+#: Each is asked for in this order, and the first that holds limits the name.
+LIMITS = (
+    Limit(narrow, _ONE_OF_SEVERAL, "a pad of {across} across shows no form surely", unknown=True),
+    Limit(
+        crooked,
+        _ONE_OF_SEVERAL,
+        "much of its outline is a border of the pad that is not straight: what goes on beyond is not seen",
+    ),
+    Limit(
+        few_off_grid,
+        _OFF_GRID,
+        "it covers only a few of taxels that stand on no grid: the form between them is guessed",
+    ),
+    Limit(
+        shows_an_outline,
+        _ONE_OF_SEVERAL,
+        "all of its taxels read the same: on-off taxels show an outline, whatever stands on it",
+        outline=True,
+    ),
+    Limit(
+        lost_in_a_hole,
+        _ONE_OF_SEVERAL,
+        "no taxel works where its form would show, and what fills the hole tells none: any of its outline",
+        outline=True,
+    ),
+    Limit(
+        flat_across,
+        _ONE_OF_SEVERAL,
+        "it goes on beyond the pad and its sections hardly grow: a flat bar may look like this",
+    ),
+    Limit(
+        bends,
+        _ONE_OF_SEVERAL,
+        "it falls off to every border: a plane, or a ball or a cushion that is larger than the pad",
+    ),
+    Limit(
+        hides_its_ends,
+        _HALF_HIDDEN,
+        "two borders of the pad that meet cut it: how far it goes on either way is not seen",
+    ),
+    Limit(
+        goes_on,
+        _HALF_HIDDEN,
+        "the border of the pad may hide half of it or more: how far it goes on beyond is not seen",
+    ),
+)
 
 
 def unsure_of_plane(surface: Surface) -> Surface:

@@ -11,16 +11,7 @@ from numpy.typing import NDArray
 from varishold._counted import counted
 from varishold.kernel import address, bind, work_space
 from varishold.levelset.second_moments import principal_moments
-from varishold.touch.caution import (
-    FEWEST_LINES,
-    bends,
-    few_off_grid,
-    flat_across,
-    hides_its_ends,
-    lost_in_a_hole,
-    shows_an_outline,
-)
-from varishold.touch.cut import ends_crookedly, half_hidden
+from varishold.touch.caution import LIMITS
 from varishold.touch.decision import Parameters
 from varishold.touch.names import KINDS, NAMES, SECTIONS
 from varishold.touch.scale import bridged
@@ -166,26 +157,10 @@ def _cautions(surface: Surface) -> list[str]:
             "all of the field is pressed, and too few taxels or the sensor's end show nothing of a form: "
             "a plane, or whatever else is larger"
         )
-    if shows_an_outline(surface):
-        said.append("all of its taxels read the same: on-off taxels show an outline, whatever stands on it")
     contact = surface.contact
-    if few_off_grid(contact):
-        said.append("it covers only a few of taxels that stand on no grid: the form between them is guessed")
     seen = bridged(contact) if contact.frame.has_gaps else contact
-    if surface.form not in ("plane", "unknown") and ends_crookedly(seen):
-        said.append("much of its outline is a border of the pad that is not straight: what goes on beyond is not seen")
-    if surface.form not in ("edge", "plane") and half_hidden(seen):
-        said.append("the border of the pad may hide half of it or more: how far it goes on beyond is not seen")
-    if hides_its_ends(surface, seen):
-        said.append("two borders of the pad that meet cut it: how far it goes on either way is not seen")
-    if flat_across(surface, seen):
-        said.append("it goes on beyond the pad and its sections hardly grow: a flat bar may look like this")
-    if bends(surface, seen):
-        said.append("it falls off to every border: a plane, or a ball or a cushion that is larger than the pad")
-    if lost_in_a_hole(seen):
-        said.append("no taxel works where its form would show, and what fills the hole tells none: any of its outline")
-    if min(surface.contact.shape) < FEWEST_LINES:
-        said.append(f"a pad of {counted(min(surface.contact.shape), 'taxel')} across shows no form surely")
+    held = [limit for limit in LIMITS if limit.holds(surface, seen)]
+    said += [limit.says.format(across=counted(min(contact.shape), "taxel")) for limit in held]
     taxels = surface.area / surface.contact.taxel_area
     across = surface.breadths(surface.lowest)[1] / math.sqrt(surface.contact.taxel_area)
     if across < _FEW_ACROSS and (surface.name == "unknown" or surface.probability < _LIKELY):
