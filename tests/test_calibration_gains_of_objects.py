@@ -13,6 +13,7 @@ from tests.test_calibration import SHAPE, depths, recorded
 from varishold.calibration import Calibration, KnownObject, calibrate_objects
 from varishold.calibration.agreement import agreement_of
 from varishold.recording import Recording
+from varishold.report import render_calibration_report
 from varishold.sensor import Linear, Logarithmic, Power, Response, Sensor
 
 Floats = NDArray[np.float64]
@@ -64,6 +65,9 @@ def test_a_ball_and_a_plate_tell_the_gains_of_what_they_press(response: Response
     assert not any(words.startswith("the gains") for words in found.unknown)
     assert found.sensor.response.kind == response.kind
     assert found.to_dict()["gains_applied"]
+    # The page shows how far taxels were apart, and that they are no more.
+    assert np.nanstd(found.before) > 3 * np.nanstd(found.after)
+    assert "taxels that are all alike" in render_calibration_report(found, title="gains")
 
 
 def test_constants_beside_gains_are_as_sure_as_they_say() -> None:

@@ -197,6 +197,7 @@ def _outcome(
 ) -> Calibration:
     fit, observed = explanation.fit, given.observed
     measured = given.sensor(explanation.family, explanation.constants)
+    even = gains if gains is not None and gains.agreed.worth else None
     made = found.sensor_with(
         known,
         pitch_m=found.pitch_m,
@@ -214,12 +215,12 @@ def _outcome(
         kind="objects",
         sensor=made,
         presses=found.n,
-        findings=(*_findings(explanation), *_gain_findings(gains)),
+        findings=(*_findings(explanation), *([] if even is None else [_gain_finding(even)])),
         unknown=tuple(_unknown(explanation, curved=len(tried) > 1, has_gains=measured.gains is not None)),
         notes=(*found.notes, *_notes(explanation, tried), *_gain_notes(known, given, explanation, gains)),
-        before=frames.max(axis=0) / frames.max(),
-        after=_after(frames, fit.predicted),
-        error=gains.error if gains is not None and gains.agreed.worth else np.full(found.usable.shape, np.nan),
+        before=frames.max(axis=0) / frames.max() if even is None else _beside(frames, _without(even, measured, fit)),
+        after=_beside(frames, fit.predicted),
+        error=np.full(found.usable.shape, np.nan) if even is None else even.error,
         residual=np.where(found.usable, np.sqrt(np.mean(residual**2, axis=0)), np.nan),
         curve=_curve(measured, fit, observed),
     )
@@ -252,19 +253,15 @@ def _findings(explanation: Explanation) -> list[Finding]:
     return findings
 
 
-def _gain_findings(gains: ObjectGains | None) -> list[Finding]:
-    if gains is None or not gains.agreed.worth:
-        return []
-    return [
-        Finding(
-            "gain_spread",
-            gains.agreed.spread,
-            gains.spread_error,
-            "how much the taxels' gains differ, as two halves of the presses agree; each is known to "
-            f"{100 * float(np.median(gains.error[gains.known])):.2g} %",
-            share=True,
-        )
-    ]
+def _gain_finding(gains: ObjectGains) -> Finding:
+    return Finding(
+        "gain_spread",
+        gains.agreed.spread,
+        gains.spread_error,
+        "how much the taxels' gains differ, as two halves of the presses agree; each is known to "
+        f"{100 * float(np.median(gains.error[gains.known])):.2g} %",
+        share=True,
+    )
 
 
 def _unknown(explanation: Explanation, *, curved: bool, has_gains: bool) -> list[str]:
@@ -315,7 +312,14 @@ def _gain_notes(known: Sensor, given: Observations, explanation: Explanation, ga
     ]
 
 
-def _after(frames: Floats, predicted: Floats) -> Floats:
+def _without(gains: ObjectGains, measured: Sensor, fit: Fit) -> Floats:
+    """Return what the fit would predict of taxels that are all alike."""
+    stress = measured.response.stress(fit.predicted / measured.span)
+    even: Floats = measured.span * measured.response.reading(stress / gains.map)
+    return even
+
+
+def _beside(frames: Floats, predicted: Floats) -> Floats:
     """Return each taxel's reading beside what it should be; NaN where too few presses press."""
     pressed = predicted > _COMPARED * predicted.max(axis=(1, 2), keepdims=True)
     ratio = np.where(pressed & (frames > 0), frames / np.maximum(predicted, 1e-300), np.nan)

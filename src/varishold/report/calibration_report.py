@@ -65,6 +65,8 @@ def write_calibration_report(path: str | os.PathLike[str], calibration: Calibrat
 def render_calibration_report(calibration: Calibration, *, title: str) -> str:
     """Return the page that `write_calibration_report` writes."""
     before_words, after_words = _WORDS[calibration.kind]
+    if calibration.kind == "objects" and np.isfinite(calibration.error).any():
+        before_words = "reading beside what the fit would predict of taxels that are all alike"
     before, after, left = calibration.before, calibration.after, calibration.residual
     low, high = _range(before, after)
     panes = [
