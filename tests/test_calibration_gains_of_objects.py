@@ -130,3 +130,39 @@ def test_halves_agree_on_what_both_have() -> None:
     assert not agreement_of(one, other).worth
     assert "nothing is won" in agreement_of(one, other).refusal
     assert not agreement_of(np.empty(0), np.empty(0)).worth
+
+
+def test_a_ball_alone_tells_a_bent_response_beside_unequal_gains() -> None:
+    # Beside unequal gains all responses leave much the same of these presses, and gains behind the wrong one hide it.
+    sensor = uneven(Logarithmic(8.0), 0.25, 3)
+    found = calibrate_objects([recorded(sensor.forward(depths("ball", 0.05, 8, 6, 2e-3)), 5.0)], [BALL])
+    assert isinstance(found.sensor.response, Logarithmic)
+    left, _ = off(found, gains_of(3, 0.25))
+    assert np.std(left) < 0.25 * 0.25
+
+
+def test_taxels_that_stay_silent_are_broken_and_pull_at_nothing() -> None:
+    sensor, dead = uneven(Logarithmic(5.0), 0.15), ([5, 8, 9], [7, 7, 9])
+    recordings = []
+    for thing, deepest in ((BALL, 2e-3), (PLATE, 1.6e-3)):
+        frames = sensor.forward(depths(thing.kind, thing.size_m, 12, 2, deepest))
+        frames[:, *dead] = 0.0
+        recordings.append(recorded(frames, 5.0, name=thing.kind))
+    found = calibrate_objects(recordings, [BALL, PLATE])
+    gains = found.sensor.gains
+    assert gains is not None
+    assert (np.argwhere(gains == 0.0) == np.transpose(dead)).all()
+    assert any("3 taxels stay silent under presses and are marked broken" in words for words in found.notes)
+    assert not any("not quite of such objects" in words for words in found.notes)
+    told = {each.name: each for each in found.findings}
+    assert abs(told["blur_taxels"].value - 0.5) < 3 * told["blur_taxels"].error
+
+
+def test_what_nobody_explains_makes_no_blur() -> None:
+    # A flat face shows no response, and what a logarithm does to its edges looks like a blur.
+    sensor = uneven(Logarithmic(8.0), 0.2)
+    found = calibrate_objects([recorded(sensor.forward(depths("plate", 0.014, 12, 5, 1.6e-3)), 5.0)], [PLATE])
+    assert any("not quite of such objects" in words for words in found.notes)
+    assert found.sensor.blur_taxels == 0.0
+    assert "blur_taxels" not in [each.name for each in found.findings]
+    assert any(words.startswith("a blur:") for words in found.unknown)

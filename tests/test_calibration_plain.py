@@ -147,13 +147,13 @@ def fit_of(predicted: Floats) -> Fit:
 @given(seeds)
 def test_what_is_left_is_a_share_of_the_peak_where_either_presses(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    frames, predicted = rng.uniform(0, 5, (3, 4, 4)), rng.uniform(0, 5, (3, 4, 4))
+    frames, predicted, usable = *rng.uniform(0, 5, (2, 3, 4, 4)), rng.random((4, 4)) < 0.8
     observed = [Observed(KnownObject("ball", 0.02), frame, 1.0, np.zeros(3), np.ones(3)) for frame in frames]
     wanted = []
     for frame, other in zip(frames, predicted, strict=True):
-        inside = [at for at in np.ndindex(4, 4) if max(frame[at], other[at]) > 0.1 * frame.max()]
+        inside = [at for at in np.ndindex(4, 4) if usable[at] and max(frame[at], other[at]) > 0.1 * frame.max()]
         wanted.append(np.sqrt(np.mean([(frame[at] - other[at]) ** 2 for at in inside])) / frame.max())
-    np.testing.assert_allclose(_left(fit_of(predicted), observed), wanted)
+    np.testing.assert_allclose(_left(fit_of(predicted), observed, usable), wanted)
 
 
 @pytest.mark.parametrize("response", [Linear(), Power(0.5), Logarithmic(4.0)])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ __all__ = [
     "Observations",
     "best_fit",
     "explain",
+    "families_of",
 ]
 
 Floats = NDArray[np.float64]
@@ -124,13 +125,11 @@ class Explanation:
 
     @property
     def constants(self) -> Floats:
-        """The fit's constants, 0 where they are none."""
+        """The fit's constants, 0 where they are none, or not to be believed."""
         constants = self.fit.constants.copy()
-        for index in (DEAD, BLUR):
-            if constants[index] < _SURE * self.error[index]:
+        for index, told in ((DEAD, self.dead), (BLUR, self.well)):
+            if not told or constants[index] < _SURE * self.error[index]:
                 constants[index] = 0.0
-        if not self.dead:
-            constants[DEAD] = 0.0
         return constants
 
     @property
@@ -139,25 +138,35 @@ class Explanation:
         return self.family is not FAMILIES[0]
 
     @property
+    def well(self) -> bool:
+        """Whether a usual press is explained well: otherwise a blur makes up for what is not, and undone does harm."""
+        return self.typical <= WELL
+
+    @property
     def typical(self) -> float:
         """What is left of a usual press, in its sigmas."""
         return _typical(self.fit)
 
 
-def explain(given: Observations) -> tuple[Explanation, dict[str, float]]:
-    """Return what explains presses best, and how badly each response explains those that it was not fitted to."""
-    family, tried = _likeliest_family(given)
-    fit, dead = best_fit(family, given)
-    return Explanation(family, fit, _errors_of(family, given, fit, dead=dead), dead), tried
+def families_of(given: Observations) -> tuple[Family, ...]:
+    """Return the responses that these presses can tell from each other: a flat face presses everywhere alike."""
+    return FAMILIES if any(one.object.curved for one in given.observed) else FAMILIES[:1]
 
 
-def _likeliest_family(given: Observations) -> tuple[Family, dict[str, float]]:
-    """Return the response that is worth its constants, and how badly each explains presses it was not fitted to."""
-    families = FAMILIES if any(one.object.curved for one in given.observed) else FAMILIES[:1]
-    tried = {family.name: _held_out(family, given) for family in families}
-    likeliest = min(families, key=lambda family: tried[family.name])
-    worth = tried[likeliest.name] < _WORTH * tried[families[0].name]
-    return likeliest if worth else families[0], tried
+def explain(of: Mapping[Family, Observations]) -> tuple[Explanation, dict[str, float]]:
+    """Return what explains presses best, and how badly each response explains those that it was not fitted to.
+
+    Parameters
+    ----------
+    of : mapping of Family to Observations
+        The presses, for each response to be tried with the gains that it makes of them.
+    """
+    tried = {family.name: _held_out(family, given) for family, given in of.items()}
+    straight, *_ = of
+    likeliest = min(of, key=lambda family: tried[family.name])
+    family = likeliest if tried[likeliest.name] < _WORTH * tried[straight.name] else straight
+    fit, dead = best_fit(family, of[family])
+    return Explanation(family, fit, _errors_of(family, of[family], fit, dead=dead), dead), tried
 
 
 def _fitted(

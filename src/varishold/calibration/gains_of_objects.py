@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.calibration.agreement import Agreement, agreement_of
-from varishold.calibration.explanation import Explanation, Observations, best_fit
+from varishold.calibration.explanation import Family, Observations, best_fit
+from varishold.calibration.press_fit import Fit
 from varishold.calibration.result import error_of_spread
 
 __all__ = ["ObjectGains", "gains_of_objects"]
@@ -63,26 +64,27 @@ class ObjectGains:
         return np.where(self.known, np.exp(self.log - float(np.median(self.log[self.known]))), 1.0)
 
 
-def gains_of_objects(given: Observations, explained: Explanation) -> ObjectGains:
-    """Return the gains, by what presses of known objects leave unexplained without them.
+def gains_of_objects(given: Observations, family: Family) -> ObjectGains:
+    """Return the gains, by what presses of known objects leave unexplained without them behind such a response.
 
     A press's place, turn and depth are fitted to all of its taxels, so that what one taxel reads beside them press
     after press is its own. A face that is not quite as it was said to be goes with the press, not with the taxel:
     where two objects tell the same gains, they are the taxels'. Once the gains are known to the fit, places are found
     better, and the gains once more.
     """
-    found = _found(given, explained)
+    fit, _ = best_fit(family, given)
+    found = _found(given, family, fit)
     if not found.agreed.worth:
         return found
     even = given.with_gains(found.map, found.agreed.spread)
-    fit, dead = best_fit(explained.family, even)
-    more = _found(even, Explanation(explained.family, fit, explained.error, dead))
+    fit, _ = best_fit(family, even)
+    more = _found(even, family, fit)
     return dataclasses.replace(found, log=found.log + np.where(found.known, more.log, 0.0))
 
 
-def _found(given: Observations, explained: Explanation) -> ObjectGains:
+def _found(given: Observations, family: Family, fit: Fit) -> ObjectGains:
     """Return by how much taxels are off what they should read, by the sensor of the fit."""
-    off, sigma = _beside(given, explained)
+    off, sigma = _beside(given, family, fit)
     first = _first_half(given)
     gain, error = _taxels(off, sigma)
     halves = [_taxels(off[half], sigma[half])[0] for half in (first, ~first)]
@@ -101,9 +103,9 @@ def _first_half(given: Observations) -> Mask:
     return np.arange(first.size) % 2 == 0 if first.all() else first
 
 
-def _beside(given: Observations, explained: Explanation) -> tuple[Floats, Floats]:
+def _beside(given: Observations, family: Family, fit: Fit) -> tuple[Floats, Floats]:
     """Return the logarithm of each stress beside what it should be, and how far off it may be; NaN outside."""
-    sensor, predicted = given.sensor(explained.family, explained.fit.constants), explained.fit.predicted
+    sensor, predicted = given.sensor(family, fit.constants), fit.predicted
     frames, noise = (np.array(each) for each in zip(*((one.frame, one.sigma) for one in given.observed), strict=True))
     noise = noise[:, None, None]
     top = predicted.max(axis=(1, 2), keepdims=True)

@@ -13,10 +13,10 @@ from varishold.calibration.agreement import LEAST_SPREAD, hardly_pressed
 from varishold.calibration.explanation import (
     BLUR,
     DEAD,
-    WELL,
     Explanation,
     Observations,
     explain,
+    families_of,
 )
 from varishold.calibration.gains_behind import GAIN_READINGS, known_readings
 from varishold.calibration.gains_of_objects import ObjectGains, gains_of_objects
@@ -24,6 +24,7 @@ from varishold.calibration.imprint import KnownObject, Points, Print
 from varishold.calibration.press_fit import Fit, Observed
 from varishold.calibration.readings import Presses, presses_of
 from varishold.calibration.result import Calibration, Curve, Finding
+from varishold.calibration.silent import marked_broken, silent_taxels
 from varishold.errors import InputError
 from varishold.recording import Recording
 from varishold.sensor import Linear, Sensor
@@ -41,6 +42,8 @@ _LEAST_SIGMA = 0.01
 _MOST_LEFT = 0.15
 # A known object is at least as large as the spacing of taxels, and at most so many times as the pad.
 _LARGEST = 50.0
+# Presses in which a taxel that is broken stays silent: no known object leaves one alone that it goes around.
+_FEWEST_TO_BREAK = 2
 # Above this share of a frame's peak a taxel is taken for pressed in the first guess.
 _PRESSED = 0.1
 # A press of something smaller than the pad leaves more of its taxels alone than this share leaves.
@@ -95,27 +98,31 @@ def calibrate_objects(
     each = list(objects) * (len(recordings) if len(objects) == 1 else 1)
     # Readings that end look like a response that bends.
     found = presses_of(recordings, known, pad=pad, most_ended=0.0)
-    if found.pitch_m is None:
+    pitch_m = found.pitch_m
+    if pitch_m is None:
         raise InputError(
             "known objects need the taxels' pitch, in the recordings or in the sensor file", parameter="pitch_m"
         )
     _check_enough(recordings, each, found)
-    _check_sizes(each, found.usable.shape, found.pitch_m)
-    _check_edges(each, found, found.pitch_m)
-    points = Points(found.usable.shape, found.pitch_m)
+    _check_sizes(each, found.usable.shape, pitch_m)
+    _check_edges(each, found, pitch_m)
+    broken = silent_taxels(found.frames, found.usable, fewest=_FEWEST_TO_BREAK)
+    found = dataclasses.replace(found, usable=found.usable & ~broken)
+    points = Points(found.usable.shape, pitch_m)
     span = float(np.quantile(found.frames[:, found.usable].max(axis=1), 0.95))
     base = dataclasses.replace(
         known.upright(), span=span, full_scale=span, response=Linear(), dead_band=0.0, crosstalk=0.0, saturation=None
     )
     observed = [_observed(found, k, each[int(found.recording[k])], points) for k in range(found.n)]
     given = Observations(base, observed, points, found.usable, known_readings(known))
-    explanation, tried = explain(given)
+    # Gains that were found behind one response hide that it is another, so each is tried with its own.
+    of = dict.fromkeys(families_of(given), given)
+    gains = {} if known.gains is not None else {family: gains_of_objects(given, family) for family in of}
+    of |= {family: given.with_gains(e.map, e.agreed.spread) for family, e in gains.items() if e.agreed.worth}
+    explanation, tried = explain(of)
     _check_explained(explanation.fit, observed, found)
-    gains = gains_of_objects(given, explanation) if known.gains is None else None
-    if gains is not None and gains.agreed.worth:
-        given = given.with_gains(gains.map, gains.agreed.spread)
-        explanation, tried = explain(given)
-    return _outcome(known, found, given, explanation, tried, gains)
+    family = explanation.family
+    return _outcome(known, found, of[family], explanation, tried, gains.get(family), broken)
 
 
 def _check_enough(recordings: Sequence[Recording], things: Sequence[KnownObject], found: Presses) -> None:
@@ -164,18 +171,18 @@ def _observed(found: Presses, k: int, thing: KnownObject, points: Points) -> Obs
     return Observed(thing, frame, sigma, np.array(start), np.array(scale))
 
 
-def _left(fit: Fit, observed: Sequence[Observed]) -> Floats:
+def _left(fit: Fit, observed: Sequence[Observed], usable: NDArray[np.bool_]) -> Floats:
     """Return what is left of each press, root mean square over its pressed taxels, as a share of its peak."""
     shares = []
     for one, predicted in zip(observed, fit.predicted, strict=True):
         peak = one.frame.max()
-        inside = (one.frame > _PRESSED * peak) | (predicted > _PRESSED * peak)
+        inside = usable & ((one.frame > _PRESSED * peak) | (predicted > _PRESSED * peak))
         shares.append(np.sqrt(np.mean((one.frame - predicted)[inside] ** 2)) / peak)
     return np.array(shares)
 
 
 def _check_explained(fit: Fit, observed: Sequence[Observed], found: Presses) -> None:
-    left = _left(fit, observed)
+    left = _left(fit, observed, found.usable)
     for number in np.unique(found.recording):
         here = found.recording == number
         typical = float(np.median(left[here]))
@@ -194,14 +201,16 @@ def _outcome(
     explanation: Explanation,
     tried: Mapping[str, float],
     gains: ObjectGains | None,
+    broken: NDArray[np.bool_],
 ) -> Calibration:
     fit, observed = explanation.fit, given.observed
     measured = given.sensor(explanation.family, explanation.constants)
     even = gains if gains is not None and gains.agreed.worth else None
+    kept = np.ones(broken.shape) if measured.gains is None else measured.gains
     made = found.sensor_with(
         known,
         pitch_m=found.pitch_m,
-        gains=measured.gains,
+        gains=np.where(broken, 0.0, kept) if broken.any() else measured.gains,
         span=measured.span,
         full_scale=measured.full_scale,
         response=measured.response,
@@ -217,7 +226,12 @@ def _outcome(
         presses=found.n,
         findings=(*_findings(explanation), *([] if even is None else [_gain_finding(even)])),
         unknown=tuple(_unknown(explanation, curved=len(tried) > 1, has_gains=measured.gains is not None)),
-        notes=(*found.notes, *_notes(explanation, tried), *_gain_notes(known, given, explanation, gains)),
+        notes=(
+            *found.notes,
+            *_notes(explanation, tried),
+            *marked_broken(broken),
+            *_gain_notes(known, given, explanation, gains),
+        ),
         before=frames.max(axis=0) / frames.max() if even is None else _beside(frames, _without(even, measured, fit)),
         after=_beside(frames, fit.predicted),
         error=np.full(found.usable.shape, np.nan) if even is None else even.error,
@@ -241,6 +255,8 @@ def _findings(explanation: Explanation) -> list[Finding]:
                 "dead_band", float(constants[DEAD]), float(error[DEAD]), "share of full scale that is not felt", True
             )
         )
+    if not explanation.well:
+        return findings
     blur, spread = float(np.sqrt(constants[BLUR])), float(error[BLUR])
     findings.append(
         Finding(
@@ -270,6 +286,8 @@ def _unknown(explanation: Explanation, *, curved: bool, has_gains: bool) -> list
         unknown.append("the response: a flat face presses everywhere alike; press a ball or a roller too")
     if not explanation.dead:
         unknown.append("a dead band: without one these presses are explained as well, were they less deep")
+    if not explanation.well:
+        unknown.append("a blur: unequal gains, another response and another form look like one; find these first")
     if not has_gains:
         unknown.append(
             "the gains: use an even pressure or unlabelled presses first, and give that sensor file (sensor)"
@@ -287,11 +305,11 @@ def _notes(explanation: Explanation, tried: Mapping[str, float]) -> list[str]:
             notes.append("the response is linear, as far as these presses tell")
         others = ", ".join(f"{name} {cost:.2f}" for name, cost in tried.items())
         notes.append(f"presses left out of the fit are explained to so many sigmas: {others}")
-    if explanation.typical > WELL:
+    if not explanation.well:
         notes.append(
             f"the fit leaves {explanation.typical:.2g} times what noise and a hundredth of the peak would: these "
-            "presses are not quite of such objects on springs (is each of the form and size that was said?), and what "
-            "was found may be off by more than it says"
+            "presses are not quite of such objects on springs (is each of the form and size that was said? do the "
+            "taxels' gains differ?), and what was found may be off by more than it says"
         )
     return notes
 
@@ -323,7 +341,7 @@ def _beside(frames: Floats, predicted: Floats) -> Floats:
     """Return each taxel's reading beside what it should be; NaN where too few presses press."""
     pressed = predicted > _COMPARED * predicted.max(axis=(1, 2), keepdims=True)
     ratio = np.where(pressed & (frames > 0), frames / np.maximum(predicted, 1e-300), np.nan)
-    seen = pressed.sum(axis=0) >= _FEWEST_COMPARED
+    seen = np.isfinite(ratio).sum(axis=0) >= _FEWEST_COMPARED
     after = np.full(seen.shape, np.nan)
     after[seen] = np.nanmedian(ratio[:, seen], axis=0)
     return after

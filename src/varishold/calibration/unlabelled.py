@@ -13,6 +13,7 @@ from varishold._counted import counted
 from varishold.calibration.agreement import LEAST_SPREAD, agreement_of, hardly_pressed
 from varishold.calibration.readings import Presses, presses_of
 from varishold.calibration.result import Calibration, Finding, error_of_spread
+from varishold.calibration.silent import marked_broken, pressed_around, silent_taxels
 from varishold.errors import InputError
 from varishold.frame.bends import bends_of
 from varishold.recording import Recording
@@ -28,11 +29,10 @@ _SAME = 0.98
 #: Presses below which no gain can be told from the form of what pressed.
 FEWEST_PRESSES = 20
 
-# A taxel takes part in a press where what surrounds it stands above this share of the press's peak, and it above
-# so many sigma of the noise.
-_INSIDE, _SIGMAS = 0.25, 4.0
-# A taxel that stays below this share of what surrounds it is broken.
-_BROKEN, _FEWEST_TO_BREAK = 0.03, 5
+# A taxel takes part in a press where what surrounds it presses it, and it stands above so many sigma of the noise.
+_SIGMAS = 4.0
+# Presses in which a taxel that is broken stays silent: a ring leaves one alone that it goes around.
+_FEWEST_TO_BREAK = 5
 # Degrees of freedom of the residuals' distribution: edges and tips are far outliers.
 _FREEDOM = 1.0
 _ROUNDS = 10
@@ -135,16 +135,7 @@ def calibrate_unlabelled(
 
 def _notes(found: Presses, broken: NDArray[np.bool_], silent: NDArray[np.bool_]) -> list[str]:
     """Say which taxels are broken, and which were hardly pressed."""
-    notes = []
-    if broken.any():
-        notes.append(
-            counted(
-                np.count_nonzero(broken),
-                "taxel stays silent under presses and is",
-                "taxels stay silent under presses and are",
-            )
-            + " marked broken"
-        )
+    notes = marked_broken(broken)
     if found.n < _FEW and np.count_nonzero(silent) > (1 - _WELL_PRESSED) * np.count_nonzero(found.usable):
         notes.append(
             f"{counted(found.n, 'press is', 'presses are')} few for this pad: {_FEW} to 100, all over it, are good"
@@ -178,10 +169,8 @@ def _check_reached(reached: NDArray[np.bool_], found: Presses) -> None:
 
 def _inside(stress: Floats, noise: Floats, usable: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Return where each press presses, and the taxels that feel nothing of it."""
-    around = ndimage.median_filter(np.where(usable, stress, 0.0), size=(1, 3, 3), mode="nearest")
-    high = around > _INSIDE * around.max(axis=(1, 2), keepdims=True)
-    silent = (stress < _BROKEN * around) & high
-    broken = usable & (silent.sum(axis=0) >= _FEWEST_TO_BREAK) & (silent.sum(axis=0) > 0.8 * high.sum(axis=0))
+    _, high = pressed_around(stress, usable)
+    broken = silent_taxels(stress, usable, fewest=_FEWEST_TO_BREAK)
     inside = high & usable & ~broken & (stress > _SIGMAS * noise[:, None, None])
     return inside, broken
 
