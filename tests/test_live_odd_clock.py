@@ -139,3 +139,16 @@ def test_the_commands_tell_it_once(tmp_path: Path, words: tuple[str, ...], end: 
     done = subprocess.run(command, input=lines, capture_output=True, text=True, timeout=120, check=True, cwd=tmp_path)
     (told,) = (line for line in done.stderr.splitlines() if "milliseconds" in line)
     assert told.endswith(f"time_s is in seconds and rises; {end}")
+
+
+def test_two_senders_at_once_are_told_and_their_times_do_not_run_away() -> None:
+    times = [0.02 * k + 1000.0 * (k % 2) for k in range(200)]
+    assert told(list(times)).startswith("the times of readings go back")
+    clock = SteadyTime()
+    steady = [clock.time_s(Sample(at, 1e9 + 0.01 * k, None, {"pad": np.zeros((2, 2))})) for k, at in enumerate(times)]
+    assert np.all(np.diff(steady) >= 0)
+    assert np.diff(steady)[-150:].max() == pytest.approx(0.01, abs=1e-6)
+
+
+def test_a_sensor_that_starts_anew_now_and_then_is_not_odd() -> None:
+    assert told([0.02 * (k % 10) for k in range(95)]) == ""

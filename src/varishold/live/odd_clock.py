@@ -12,6 +12,8 @@ __all__ = ["OddClock"]
 # Readings so far apart, so many times in a row, are not of a skin that is touched; nor do times go back, or stay
 # where they are while a pad is read again, so often.
 _FAR_S, _TIMES = 1.0, 10
+# Times go back where they do so as often among so many readings: those of two senders at once go to and fro.
+_AMONG = 4 * _TIMES
 # Nor where they came so much sooner one after the other; a sensor that is slow is none that is odd.
 _SOONER = 0.2
 # Nearer than this they may be of a slow sensor whose readings are handed on all at once, as out of a file. They are
@@ -39,7 +41,8 @@ class OddClock:
     def __init__(self) -> None:
         self.words = ""
         self._last: tuple[float | None, float] = None, 0.0
-        self._back, self._still = 0, 0
+        self._back: deque[bool] = deque(maxlen=_AMONG)
+        self._still = 0
         # By how much sooner each of the newest readings came than its time says.
         self._sooner: deque[float] = deque(maxlen=_TIMES)
         # The pads that came with the newest time: several may be read at one.
@@ -56,12 +59,12 @@ class OddClock:
             self._sooner.append((host_time_s - last_host_s) / step_s)
         else:
             self._sooner.clear()
-        self._back = self._back + 1 if device_time_s < last_s else 0
+        self._back.append(device_time_s < last_s)
         self._look_at_pads(sample, is_still=step_s == 0.0)
         what = ""
         if len(self._sooner) == _TIMES and (step_s >= _SLOW_S or self._comes_in_milliseconds()):
             what = f"readings are {step_s:.3g} s apart by their own times: are these milliseconds?"
-        elif self._back >= _TIMES:
+        elif sum(self._back) >= _TIMES:
             what = "the times of readings go back;"
         elif self._still >= _TIMES:
             what = "the times of readings stand still;"
