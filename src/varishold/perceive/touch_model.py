@@ -237,7 +237,7 @@ class TouchModel:
         alike = np.zeros(int(rows.sum()), dtype=np.int64), np.arange(int(rows.sum()))
         if self.optimism is None:
             whole = replace(self, values=self.values[rows])
-            optimism = conformities(whole, *alike) - self.scores[rows]
+            optimism = _better_by(conformities(whole, *alike), self.scores[rows])
         else:
             optimism = self.optimism[rows]
         return conformities(part, *alike) - optimism * float(known.mean())
@@ -291,6 +291,12 @@ def _without(own: Floats, white: NDArray[np.float32], others: NDArray[np.float32
     """Return by how much squared distances (n, m) from others grow by the metric without each example's own scatter."""
     along = (own * white).sum(axis=1)[:, None] - own @ others.T
     out: Floats = along**2 / (1.0 - (own**2).sum(axis=1))[:, None]
+    return out
+
+
+def _better_by(one: Floats, other: Floats) -> Floats:
+    """Return by how much examples conform better by one than by the other; 0 where nothing conforms by both."""
+    out: Floats = np.subtract(one, other, out=np.zeros_like(one), where=~(np.isneginf(one) & np.isneginf(other)))
     return out
 
 
@@ -361,7 +367,7 @@ def tempered(model: TouchModel, owner: NDArray[np.int64], share: float) -> Touch
     """Return a model whose likelihoods are raised to the power of `share`."""
     rows = np.arange(len(owner))
     # By how much its examples conform better for what was learned from them.
-    optimism = share * (conformities(model, owner, rows) - model.scores)
+    optimism = share * _better_by(conformities(model, owner, rows), model.scores)
     weaker = replace(
         model, fall=model.fall * share, optimism=None if model.optimism is None else share * model.optimism
     )
