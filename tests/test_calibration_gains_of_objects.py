@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from tests.test_calibration import SHAPE, depths, recorded
 
 from varishold.calibration import Calibration, KnownObject, calibrate_objects
-from varishold.calibration.agreement import agreement_of
+from varishold.calibration.agreement import Agreement, agreement_of
+from varishold.calibration.gains_of_objects import ObjectGains
 from varishold.recording import Recording
 from varishold.report import render_calibration_report
 from varishold.sensor import Linear, Logarithmic, Power, Response, Sensor
@@ -98,6 +99,17 @@ def test_a_face_that_is_not_quite_the_object_makes_no_gains() -> None:
         face *= 1.0 - 0.25 * np.minimum(((x - at[0]) ** 2 + (y - at[1]) ** 2) / 18.0, 1.0)
     recordings = [recorded(sensor.forward(each), 5.0, name=name) for each, name in zip(faces, "bp", strict=True)]
     assert calibrate_objects(recordings, [BALL, PLATE]).sensor.gains is None
+
+
+def test_gains_that_are_not_known_well_are_told_and_not_applied() -> None:
+    rng, shape = np.random.default_rng(5), (8, 8)
+    log = 0.2 * rng.standard_normal(shape)
+    known = ObjectGains(log, np.full(shape, 0.05), Agreement(0.2, 0.9, 0.02))
+    assert known.worth
+    off = ObjectGains(log, np.full(shape, 0.6), Agreement(0.2, 0.9, 0.02))
+    assert not off.worth
+    assert "may be off by" in off.refusal
+    assert "nothing is won" in ObjectGains(log, np.full(shape, 0.05), Agreement(0.01, 0.9, 0.02)).refusal
 
 
 def test_gains_that_are_known_stay() -> None:

@@ -59,6 +59,21 @@ class ObjectGains:
         return error_of_spread(self.agreed.spread, self.agreed.differ, self.log[self.known], self.error[self.known])
 
     @property
+    def worth(self) -> bool:
+        """Whether to even them out: presses of another object make gains too, which its errors are larger than."""
+        return self.agreed.worth and self.agreed.spread > self.spread_error
+
+    @property
+    def refusal(self) -> str:
+        """Why these gains were not applied."""
+        if not self.agreed.worth:
+            return self.agreed.refusal
+        return (
+            f"the gains were not applied: that they spread by {100 * self.agreed.spread:.2g} % may be off by "
+            f"{100 * self.spread_error:.2g} %"
+        )
+
+    @property
     def map(self) -> Floats:
         """The gains, 1 for the usual taxel; shape (rows, cols)."""
         return np.where(self.known, np.exp(self.log - float(np.median(self.log[self.known]))), 1.0)

@@ -118,7 +118,7 @@ def calibrate_objects(
     # Gains that were found behind one response hide that it is another, so each is tried with its own.
     of = dict.fromkeys(families_of(given), given)
     gains = {} if known.gains is not None else {family: gains_of_objects(given, family) for family in of}
-    of |= {family: given.with_gains(e.map, e.agreed.spread) for family, e in gains.items() if e.agreed.worth}
+    of |= {family: given.with_gains(e.map, e.agreed.spread) for family, e in gains.items() if e.worth}
     explanation, tried = explain(of)
     _check_explained(explanation.fit, observed, found)
     family = explanation.family
@@ -205,7 +205,7 @@ def _outcome(
 ) -> Calibration:
     fit, observed = explanation.fit, given.observed
     measured = given.sensor(explanation.family, explanation.constants)
-    even = gains if gains is not None and gains.agreed.worth else None
+    even = gains if gains is not None and gains.worth else None
     kept = np.ones(broken.shape) if measured.gains is None else measured.gains
     made = found.sensor_with(
         known,
@@ -316,8 +316,8 @@ def _notes(explanation: Explanation, tried: Mapping[str, float]) -> list[str]:
 
 def _gain_notes(known: Sensor, given: Observations, explanation: Explanation, gains: ObjectGains | None) -> list[str]:
     """Say what was found of the gains and is not applied, and what this response makes of those that were there."""
-    if gains is not None and not gains.agreed.worth:
-        return [gains.agreed.refusal] if gains.agreed.spread >= LEAST_SPREAD else []
+    if gains is not None and not gains.worth:
+        return [gains.refusal] if gains.agreed.spread >= LEAST_SPREAD else []
     if gains is not None:
         return hardly_pressed(given.usable & ~gains.known)
     if known.gains is None or not explanation.bends or not isinstance(known.response, Linear):
