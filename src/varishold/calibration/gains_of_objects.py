@@ -108,8 +108,8 @@ def _found(given: Observations, family: Family, fit: Fit) -> ObjectGains:
     agreed = agreement_of(one, other)
     error = np.maximum(error, agreed.differ)
     # Gains scatter about 1 so far: what is known worse than that stays near it.
-    drawn = np.where(np.isfinite(gain), gain, 0.0) / (1.0 + (error / max(agreed.spread, 1e-9)) ** 2)
-    return ObjectGains(np.where(np.isfinite(gain), drawn, 0.0), _ALIKE * error, agreed)
+    drawn = gain / (1.0 + (error / max(agreed.spread, 1e-9)) ** 2)
+    return ObjectGains(np.nan_to_num(drawn), _ALIKE * error, agreed)
 
 
 def _first_half(given: Observations) -> Mask:
