@@ -24,7 +24,7 @@ from varishold.calibration.imprint import KnownObject, Points, Print
 from varishold.calibration.press_fit import Fit, Observed
 from varishold.calibration.readings import Presses, presses_of
 from varishold.calibration.result import Calibration, Curve, Finding
-from varishold.calibration.silent import marked_broken, silent_taxels
+from varishold.calibration.silent import marked_broken, pressed_around, silent_taxels
 from varishold.errors import InputError
 from varishold.recording import Recording
 from varishold.sensor import Linear, Sensor
@@ -106,7 +106,8 @@ def calibrate_objects(
     _check_enough(recordings, each, found)
     _check_sizes(each, found.usable.shape, pitch_m)
     _check_edges(each, found, pitch_m)
-    broken = silent_taxels(found.frames, found.usable, fewest=_FEWEST_TO_BREAK)
+    pressed = pressed_around(found.frames, found.usable)
+    broken = silent_taxels(found.frames, found.usable, pressed, fewest=_FEWEST_TO_BREAK)
     found = dataclasses.replace(found, usable=found.usable & ~broken)
     points = Points(found.usable.shape, pitch_m)
     span = float(np.quantile(found.frames[:, found.usable].max(axis=1), 0.95))

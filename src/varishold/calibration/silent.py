@@ -25,9 +25,12 @@ def pressed_around(frames: Floats, usable: Mask) -> tuple[Floats, Mask]:
     return around, around > _INSIDE * around.max(axis=(1, 2), keepdims=True)
 
 
-def silent_taxels(frames: Floats, usable: Mask, *, fewest: int) -> Mask:
-    """Return the taxels that stay silent, shape (rows, cols), where so many presses press them or more."""
-    around, high = pressed_around(frames, usable)
+def silent_taxels(frames: Floats, usable: Mask, pressed: tuple[Floats, Mask], *, fewest: int) -> Mask:
+    """Return the taxels that stay silent, shape (rows, cols), where so many presses press them or more.
+
+    `pressed` is what `pressed_around` says of these frames.
+    """
+    around, high = pressed
     silent = ((frames < _BROKEN * around) & high).sum(axis=0)
     found: Mask = usable & (silent >= fewest) & (silent > _NEARLY_ALL * high.sum(axis=0))
     return found

@@ -169,9 +169,9 @@ def _check_reached(reached: NDArray[np.bool_], found: Presses) -> None:
 
 def _inside(stress: Floats, noise: Floats, usable: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Return where each press presses, and the taxels that feel nothing of it."""
-    _, high = pressed_around(stress, usable)
-    broken = silent_taxels(stress, usable, fewest=_FEWEST_TO_BREAK)
-    inside = high & usable & ~broken & (stress > _SIGMAS * noise[:, None, None])
+    pressed = pressed_around(stress, usable)
+    broken = silent_taxels(stress, usable, pressed, fewest=_FEWEST_TO_BREAK)
+    inside = pressed[1] & usable & ~broken & (stress > _SIGMAS * noise[:, None, None])
     return inside, broken
 
 

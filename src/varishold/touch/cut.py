@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,10 +55,18 @@ def cut_sides(contact: Contact) -> tuple[Side, ...]:
     if not contact.at_border:
         return ()
     borders = contact.borders
-    values = np.where(contact.mask, contact.values, -np.inf)
-    ends = {"left": values[:, 0], "right": values[:, -1], "top": values[0], "bottom": values[-1]}
-    high = contact.floor + _HIGH * (contact.peak - contact.floor)
+    ends, high = _ends(np.where(contact.mask, contact.values, -np.inf)), _high(contact)
     return tuple(side for side in SIDES if getattr(borders, side) and float(ends[side].max()) > high)
+
+
+def _ends(values: NDArray[Any]) -> dict[Side, NDArray[Any]]:
+    """Return the line of values along each side."""
+    return {"left": values[:, 0], "right": values[:, -1], "top": values[0], "bottom": values[-1]}
+
+
+def _high(contact: Contact) -> float:
+    """Return above which value a contact still stands high."""
+    return contact.floor + _HIGH * (contact.peak - contact.floor)
 
 
 def half_hidden(contact: Contact) -> bool:
@@ -83,8 +91,7 @@ def corner_alone(contact: Contact) -> bool:
     sides = cut_sides(contact)
     if len(sides) != 2 or sides in (("left", "right"), ("top", "bottom")):
         return False
-    high = contact.mask & (contact.values > contact.floor + _HIGH * (contact.peak - contact.floor))
-    at = {"left": high[:, 0], "right": high[:, -1], "top": high[0], "bottom": high[-1]}
+    at = _ends(contact.mask & (contact.values > _high(contact)))
     return all(int(np.count_nonzero(at[side])) > _HALF * len(at[side]) for side in sides)
 
 
@@ -113,7 +120,7 @@ def ends_crookedly(contact: Contact) -> bool:
         return False
     around = tuple(slice(part.start, part.stop + 2) for part in contact.window)
     there, mask = np.pad(contact.frame.field, 1)[around], np.pad(contact.mask, 1)
-    high = mask & (np.pad(contact.values, 1) > contact.floor + _HIGH * (contact.peak - contact.floor))
+    high = mask & (np.pad(contact.values, 1) > _high(contact))
     outline = crooked = 0
     for axis, way in ((0, -1), (0, 1), (1, -1), (1, 1)):
         outline += int(np.count_nonzero(mask & ~np.roll(mask, way, axis)))
