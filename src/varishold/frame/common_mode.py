@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.frame.fault import Floats, Frames, Mask, blocks_of, pieces_at
+from varishold.frame.fault import Floats, Frames, Mask, blocks_of, pieces_at, starts_over
 from varishold.frame.noise import OF_MEDIAN, sigma_of_half
 from varishold.frame.spread import spread_over
 from varishold.frame.together import LARGEST_SHARE, readings_end, shares_of, without_it
@@ -117,7 +117,7 @@ def common_mode(frames: Frames, usable: Mask) -> CommonMode | None:
     if n_frames < _FEWEST_FRAMES or places.size < _FEWEST_TAXELS:
         return None
     some = places[spread_over(places.size, _MOST_TAXELS)]
-    starts = np.linspace(0, max(0, n_frames - _SAMPLED), min(_PLACES, -(-n_frames // _SAMPLED))).astype(int).tolist()
+    starts = starts_over(n_frames, _SAMPLED, _PLACES)
     sampled = [
         piece.reshape(-1, usable.size)[:, some].astype(np.float64) for piece in pieces_at(frames, starts, _SAMPLED)
     ]

@@ -10,7 +10,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from varishold.files import let_go
 
-__all__ = ["Fault", "Floats", "Frames", "Mask", "blocks_of", "in_type", "pieces_at"]
+__all__ = ["Fault", "Floats", "Frames", "Mask", "blocks_of", "in_type", "pieces_at", "starts_over"]
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -66,6 +66,20 @@ def pieces_at(frames: Frames, starts: Iterable[int], length: int = 1) -> Iterato
         piece = read.copy()
         let_go(read)
         yield piece
+
+
+def starts_over(n_frames: int, length: int, most: int) -> list[int]:
+    """Return where at most so many pieces of frames begin, evenly over a recording, no more than it has.
+
+    Examples
+    --------
+    >>> starts_over(100, 10, 4), starts_over(15, 10, 4), starts_over(5, 10, 4)
+    ([0, 30, 60, 90], [0, 5], [0])
+    """
+    starts: list[int] = (
+        np.linspace(0, max(0, n_frames - length), min(most, -(-n_frames // length))).astype(int).tolist()
+    )
+    return starts
 
 
 def in_type(values: Floats, dtype: DTypeLike) -> NDArray[Any]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.frame.fault import Floats, Frames, Mask, blocks_of, pieces_at
+from varishold.frame.fault import Floats, Frames, Mask, blocks_of, pieces_at, starts_over
 from varishold.frame.neighbours import largest_around, whole_lines
 
 __all__ = ["GlitchRule", "glitch_rule"]
@@ -131,8 +131,7 @@ def glitch_rule(frames: Frames, usable: Mask) -> GlitchRule | None:
     n_frames = frames.shape[0]
     if n_frames < _FEWEST_FRAMES or np.count_nonzero(usable) < _FEWEST_TAXELS:
         return None
-    places = np.linspace(0, max(0, n_frames - _SAMPLED), min(_PLACES, -(-n_frames // _SAMPLED))).astype(int)
-    sampled = list(pieces_at(frames, places.tolist(), _SAMPLED))
+    sampled = list(pieces_at(frames, starts_over(n_frames, _SAMPLED, _PLACES), _SAMPLED))
     rest = np.median(np.concatenate([part[:: max(1, len(sampled) // 4)] for part in sampled]), axis=0)
     away = [np.where(usable, np.abs(part - rest), 0.0) for part in sampled]
     # A glitch does not stay for two frames.

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold._counted import counted
-from varishold.frame.fault import Floats, Frames, Mask, blocks_of, pieces_at
+from varishold.frame.fault import Floats, Frames, Mask, blocks_of, pieces_at, starts_over
 from varishold.frame.neighbours import largest_around
 
 __all__ = ["Marked", "marked_readings"]
@@ -90,8 +90,7 @@ def marked_readings(frames: Frames, usable: Mask) -> Marked | None:
     n_frames = frames.shape[0]
     if n_frames < _FEWEST or not usable.any():
         return None
-    places = np.linspace(0, max(0, n_frames - _SAMPLED), min(_PLACES, -(-n_frames // _SAMPLED))).astype(int)
-    seen = np.concatenate(list(pieces_at(frames, places.tolist(), _SAMPLED)))
+    seen = np.concatenate(list(pieces_at(frames, starts_over(n_frames, _SAMPLED, _PLACES), _SAMPLED)))
     readings = seen[:, usable]
     for mark in (float(readings.max()), float(readings.min())):
         none = (seen == mark) & usable
