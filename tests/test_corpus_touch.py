@@ -84,6 +84,15 @@ def test_rows_are_those_of_the_whole_wherever_it_is_cut(
     assert {row["file"] for row in rows} == {str(folder / "a.npz")}
 
 
+def test_a_rest_that_may_drift_is_known_in_blocks_as_in_the_whole(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    drifts = 300.0 + 80.0 * np.sin(np.arange(200) / 33.0)[:, None, None] * rng.uniform(0.8, 1.2, (12, 12))
+    write(Recording({"pad": Pad(drifts + rng.normal(0.0, 2.0, drifts.shape))}), tmp_path / "a.npz")
+    rows = rows_of(table_of(tmp_path, AskTouch("press"), tmp_path / "a.npz", frames_a_block=50))
+    assert rows == plain_rows(tmp_path / "a.npz", frames="press")
+    assert any(row["name"] == "plane" for row in rows)
+
+
 def test_the_same_rows_are_the_same_bytes_however_they_were_cut(tmp_path: Path) -> None:
     for seed in (1, 2):
         write(recording(seed), tmp_path / f"{seed}.npz")

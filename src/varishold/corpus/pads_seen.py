@@ -23,7 +23,8 @@ def looked_at(seen: Mapping[str, PadFrames], groups: NDArray[np.int64] | None = 
     arrays: dict[str, NDArray[Any]] = {}
     for number, (name, pad) in enumerate(seen.items()):
         ends = {"full_scale": pad.full_scale, "ends_at": None if pad.ends_at is None else asdict(pad.ends_at)}
-        facts.append({"pad": name, "sigma": pad.sigma, **ends, "notes": list(pad.notes), "smoothed": pad.smoothed})
+        told = {"notes": list(pad.notes), "smoothed": pad.smoothed, "sways": pad.sways}
+        facts.append({"pad": name, "sigma": pad.sigma, **ends, **told})
         held = {"rest": pad.rest, "valid": pad.valid, "lies": pad.lies, "gains": pad.gains}
         arrays |= {f"{key}.{number}": array for key, array in held.items() if array is not None}
     return Looked(groups, {"pads": facts}, arrays)
@@ -43,6 +44,7 @@ def seen_in(block: Recording, looked: Looked) -> dict[str, PadFrames]:
             looked.arrays.get(f"lies.{number}"),
             facts["smoothed"],
             looked.arrays.get(f"gains.{number}"),
+            facts["sways"],
         )
         for number, facts in enumerate(looked.facts["pads"])
     }
