@@ -14,6 +14,7 @@ from varishold.frame.noise import MEDIAN_ABS_NORMAL, ROUNDING, frame_noise
 from varishold.frame.spread import spread_over
 
 __all__ = [
+    "FEWEST_FRAMES",
     "SMOOTHED",
     "common_noise",
     "few_taxels_noise",
@@ -33,8 +34,10 @@ _SHARED = 0.3
 # The quietest changes from frame to frame are up to so many times the least, and more on small pads, by so many errors
 # of what their taxels change in all. What a taxel changes by more than so many sigma of most of them is no noise.
 _AS_QUIET, _AS_QUIET_ERRORS, _SIGMAS_OF_NOISE = 1.5, 6.0, 3.0
-# Frames and pairs of frames that the estimate looks at.
-_FEWEST_FRAMES, _FEWEST_PAIRS = 8, 4
+#: Frames that the noise in time takes.
+FEWEST_FRAMES = 8
+# Pairs of frames that the estimate looks at, and frames.
+_FEWEST_PAIRS = 4
 _MOST_FRAMES, _MOST_PAIRS = 64, 256
 # Of a mapped file no more frames than these stay in memory.
 _FRAMES_KEPT = 16
@@ -90,7 +93,7 @@ def recording_noise(frames: ArrayLike, field: ArrayLike | None = None, valid: Ar
     n_frames = given.shape[0]
     if n_frames == 0 or not usable.any():
         return 0.0
-    if n_frames >= _FEWEST_FRAMES:
+    if n_frames >= FEWEST_FRAMES:
         before, after = _quiet_pairs(given, usable)
         unloaded = None if _hide(before, after) else _unloaded_noise(before, after, given.dtype)
         if unloaded is not None:
@@ -141,7 +144,7 @@ def timed_noise(frames: ArrayLike, field: ArrayLike | None = None, valid: ArrayL
 
 def noise_in_time(frames: NDArray[Any], usable: NDArray[np.bool_]) -> tuple[float | None, bool]:
     """Return `timed_noise` of arrays as they are checked, and whether zeros hide what noise there is at rest."""
-    if frames.shape[0] < _FEWEST_FRAMES or not usable.any():
+    if frames.shape[0] < FEWEST_FRAMES or not usable.any():
         return None, False
     before, after = _quiet_pairs(frames, usable)
     hidden = _hide(before, after)
@@ -165,7 +168,7 @@ def few_taxels_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float:
 
     What most taxels do alike is load.
     """
-    if frames.shape[0] < _FEWEST_FRAMES or np.count_nonzero(usable) >= _FEWEST_TAXELS:
+    if frames.shape[0] < FEWEST_FRAMES or np.count_nonzero(usable) >= _FEWEST_TAXELS:
         return 0.0
     found = []
     for i in _firsts_of_pairs(frames, _MOST_FRAMES):
@@ -181,7 +184,7 @@ def common_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float:
     It is read from the quarter of the taxels that are pressed least, and the quieter quarter of successive frames
     decides: what presses moves less often than that. 0 with fewer than 8 frames.
     """
-    if frames.shape[0] < _FEWEST_FRAMES or not usable.any():
+    if frames.shape[0] < FEWEST_FRAMES or not usable.any():
         return 0.0
     places = np.flatnonzero(usable)
     places = places[spread_over(len(places), _MOST_TAXELS)]
@@ -203,7 +206,7 @@ def shared_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float:
     none. Nor is what moves where something presses all the time: it stands out of the quietest frames, or of what most
     taxels change. 0 with fewer than 8 frames, and on pads of one line.
     """
-    if frames.shape[0] < _FEWEST_FRAMES or min(usable.shape) < 2:
+    if frames.shape[0] < FEWEST_FRAMES or min(usable.shape) < 2:
         return 0.0
     changes = []
     for i in _firsts_of_pairs(frames, _MOST_FRAMES):

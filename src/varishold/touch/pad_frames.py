@@ -16,8 +16,9 @@ from varishold.frame.floor import noise_reach
 from varishold.frame.gains import gains_of
 from varishold.frame.health import full_scale, taxels_in_words
 from varishold.frame.noise import OF_MEDIAN, ROUNDING, frame_noise
-from varishold.frame.quiet import SMOOTHED, is_level, is_smoothed, noise_in_time, off_plane
+from varishold.frame.quiet import FEWEST_FRAMES, SMOOTHED, is_level, is_smoothed, noise_in_time, off_plane
 from varishold.frame.reading_end import ReadingEnd, reading_end
+from varishold.frame.smooth import frame_is_smoothed
 from varishold.frame.spread import spread_over
 from varishold.frame.swaying import SWAYS, sways
 from varishold.levelset.contacts import find_contacts
@@ -216,7 +217,7 @@ def _seen(pad: Pad, pressed: list[range], *, may_sway: bool) -> PadFrames:
     ends_at = reading_end(pad.frames, works, rest, pressed, sigma or 0.0)
     if ends_at is not None:
         notes.append(str(ends_at))
-    smoothed = pad.positions_m is None and is_smoothed(pad.frames, works)
+    smoothed = pad.positions_m is None and _smoothed(pad.frames, works)
     if smoothed:
         notes.append(SMOOTHED)
     swaying = may_sway and bool(pressed) and sways(pad.frames, works)
@@ -227,6 +228,14 @@ def _seen(pad: Pad, pressed: list[range], *, may_sway: bool) -> PadFrames:
     at_rest = None if hidden else sigma
     gains = None if pad.positions_m is not None else gains_of(_strongest(pad, rest, pressed), works, sigma or 0.0)
     return PadFrames(pad, rest, at_rest, valid, full, tuple(notes), ends_at, lies, smoothed, gains, swaying)
+
+
+def _smoothed(frames: NDArray[Any], works: NDArray[np.bool_]) -> bool:
+    """Tell whether taxels share their noise in time, or of few frames in the one that is loaded least."""
+    if len(frames) >= FEWEST_FRAMES:
+        return is_smoothed(frames, works)
+    loads = [frame[works].astype(np.float64).sum() for frame in frames]
+    return bool(loads) and frame_is_smoothed(frames[int(np.argmin(loads))], works)
 
 
 def _strongest(pad: Pad, rest: NDArray[np.float64] | None, pressed: list[range]) -> list[NDArray[np.float64]]:
