@@ -5,14 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
 
 from varishold import Surface, find_contacts, recognize
-from varishold.touch.cut import corner_alone, falls_off_all_round
+from varishold.touch.cut import corner_alone, falls_off_all_round, goes_across
 
 SIDE, FINE = 32, 4
 FLAT = "it goes on beyond the pad and its sections hardly grow: a flat bar may look like this"
 CORNER = "two borders of the pad that meet cut it: how far it goes on either way is not seen"
 BENDS = "it falls off to every border: a plane, or a ball or a cushion that is larger than the pad"
+CREST = "it is a narrow crest that leaves the pad at both ends: an edge, or a bar, round or flat"
+PIECES = "it is many pieces, and what goes on beyond the pad is one: readings may have come round at their end"
 # Points within taxels, from the pad's centre.
 ROW, COL = (np.indices((FINE * SIDE,) * 2) + 0.5) / FINE - SIDE / 2
 
@@ -105,3 +108,73 @@ def test_where_no_taxels_are_within_nothing_falls_off() -> None:
     contact = find_contacts(np.ones((SIDE, SIDE)), field=around)[0]
     assert all(contact.borders)
     assert not falls_off_all_round(contact)
+
+
+def bar_across(side: int, breadth: float, angle: float, spread: float, power: float, seed: int) -> Surface:
+    """Return what a bar across a pad is called, by taxels behind a cover that spreads; power 0 is flat."""
+    row, col = (np.indices((8 * side,) * 2) + 0.5) / 8 - side / 2
+    off = np.abs(np.cos(angle) * col + np.sin(angle) * row) / (breadth / 2)
+    height = (off < 1.0) * np.maximum(1.0 - off**2, 0.0) ** power
+    height = gaussian_filter(height, 8 * spread, mode="nearest").reshape(side, 8, side, 8).mean(axis=(1, 3))
+    return recognize(find_contacts(height + np.random.default_rng(seed).normal(0, 0.01, height.shape))[0])
+
+
+@pytest.mark.parametrize("side", [8, 12, 16])
+def test_a_narrow_flat_bar_across_a_small_pad_is_surely_no_lying_cylinder(side: int) -> None:
+    called = 0
+    for seed in range(24):
+        angle, breadth, spread = np.random.default_rng([side, seed]).uniform((0.0, 2.0, 0.0), (np.pi, 5.0, 0.5))
+        surface = bar_across(side, breadth, angle, spread, 0.0, seed)
+        if surface.name == "lying cylinder":
+            called += 1
+            assert surface.probability <= 0.55 + 1e-9
+            assert FLAT in surface.reasons
+    assert called >= 6
+
+
+@pytest.mark.parametrize("power", [0.5, 1.0])
+def test_a_crest_of_few_taxels_across_is_surely_no_edge(power: float) -> None:
+    for seed in range(24):
+        angle, breadth, spread = np.random.default_rng(seed).uniform((0.0, 1.2, 0.0), (np.pi, 3.0, 0.4))
+        surface = bar_across(8, breadth, angle, spread, power, seed)
+        assert surface.name != "edge" or surface.probability <= 0.55 + 1e-9
+        assert (CREST in surface.reasons) <= (surface.name == "edge")
+
+
+@pytest.mark.parametrize("turns", range(4))
+def test_a_face_that_ends_in_one_border_is_no_crest(turns: int) -> None:
+    rng = np.random.default_rng(turns)
+    for angle in (0.0, 0.3, np.pi / 4, 1.2):
+        line = np.cos(angle) * COL + np.sin(angle) * ROW
+        for first in (-6.0, 0.0, 9.0):
+            contact = find_contacts(frame_of(np.rot90(line > first, turns) * 1.0, rng))[0]
+            assert not goes_across(contact)
+            assert CREST not in recognize(contact).reasons
+        strip = find_contacts(frame_of(np.rot90(np.abs(line) < 4.0, turns) * 1.0, rng))[0]
+        assert goes_across(strip)
+    assert not goes_across(find_contacts(frame_of((np.hypot(ROW, COL) < 9.0) * 1.0, rng))[0])
+
+
+@pytest.mark.parametrize("side", [16, 24, 32])
+def test_readings_that_came_round_at_their_end_are_surely_no_edge_and_no_plane(side: int) -> None:
+    row, col = np.indices((side, side)) - (side - 1) / 2
+    told = 0
+    for seed in range(30):
+        rng = np.random.default_rng([side, seed])
+        y, x = rng.uniform(-0.1, 0.1, 2) * side
+        form = np.maximum(1.0 - np.hypot(row - y, col - x) / (rng.uniform(0.2, 0.35) * side), 0.0)
+        counts = np.rint(rng.choice([300, 600, 1000]) * (form + rng.normal(0, 0.01, form.shape))).astype(np.int64)
+        for contact in find_contacts(counts % 256)[:1]:
+            surface = recognize(contact)
+            assert surface.name not in ("edge", "plane") or surface.probability <= 0.55 + 1e-9
+            told += PIECES in surface.reasons
+    assert told or side == 16
+
+
+def test_a_noisy_plane_and_edge_are_whole() -> None:
+    rng = np.random.default_rng(5)
+    for heights in (np.ones_like(COL), (COL > 2.0) * 1.0):
+        for noise in (0.01, 0.08, 0.15):
+            surface = recognize(find_contacts(frame_of(heights, rng, noise))[0])
+            assert surface.name in ("plane", "edge")
+            assert PIECES not in surface.reasons

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
@@ -11,7 +12,8 @@ from numpy.typing import NDArray
 
 from varishold.frame.neighbours import three_by_three
 from varishold.levelset.contact import Contact
-from varishold.touch.cut import corner_alone, cut_sides, ends_crookedly, falls_off_all_round, half_hidden
+from varishold.levelset.second_moments import principal_moments
+from varishold.touch.cut import corner_alone, cut_sides, ends_crookedly, falls_off_all_round, goes_across, half_hidden
 from varishold.touch.decision import NAME_OF
 from varishold.touch.names import KINDS, NAMES, OUTLINE_OF
 
@@ -47,8 +49,14 @@ _FEW_OFF_GRID, _OFF_GRID = 48, 0.75
 # So many of the contacts of which a border may hide half or more are what they look like, however far they go on.
 _HALF_HIDDEN = 0.85
 # At three quarters of its height a lying cylinder keeps so much of what it covers at one quarter: .58 on springs, .68
-# on an elastic body (Hertz), and with noise no more than this. A flat bar keeps more where its breadth shows.
-_MOST_KEPT = 0.72
+# on an elastic body (Hertz), and with noise no more than this. A flat bar keeps more where its breadth shows: under
+# taxels and a cover that spreads by .7 of a taxel, as a Gaussian does, its two sides slope by so many taxels together
+# between these heights, and by taxels alone by up to 2.0; small bars show no more than that.
+_MOST_KEPT, _SLOPE = 0.72, 2.1
+# A crest of fewer taxels across may be sharp, round or flat.
+_CREST = 5.0
+# A face that ends in one border, or in none, is whole; noise breaks off single taxels of it, not so many.
+_PIECES = 6
 # Smoothed readings have their form from the smoothing where it takes fewer taxels: no form is surer then.
 _SMOOTHED, _SMOOTHED_TAXELS = 0.85, 256
 # Of a contact more than this share of which is saturated, a flat top is believed no further than this in one look; the
@@ -117,7 +125,32 @@ def flat_across(surface: Surface, seen: Contact) -> bool:
     """Tell whether a lying cylinder that goes on beyond the pad is as flat as a bar: its sections hardly grow."""
     if surface.name != "lying cylinder" or not cut_sides(seen):
         return False
-    return surface.areas[surface.nearest(0.25)] > _MOST_KEPT * surface.areas[surface.nearest(0.75)]
+    upper, lower = surface.nearest(0.25), surface.nearest(0.75)
+    kept = surface.areas[upper] / surface.areas[lower]
+    return kept > _MOST_KEPT or (seen.n_taxels < _SMALL and _as_upright(surface))
+
+
+def crest_across(surface: Surface, seen: Contact) -> bool:
+    """Tell whether an edge is a crest that leaves the pad at both ends, so narrow that it may be a bar."""
+    return surface.form == "edge" and goes_across(seen) and _breadth(surface, surface.lowest) < _CREST
+
+
+def in_pieces(surface: Surface, _: Contact) -> bool:
+    """Tell whether an edge or a plane is many pieces, as of readings that came round at their end."""
+    if surface.form not in ("edge", "plane"):
+        return False
+    return int(surface.profile.parts[surface.nearest(0.5)]) >= _PIECES
+
+
+def _as_upright(surface: Surface) -> bool:
+    """Tell whether a contact's breadth grows no more than where taxels and a cover spread upright sides."""
+    return _breadth(surface, surface.nearest(0.75)) - _breadth(surface, surface.nearest(0.25)) < _SLOPE
+
+
+def _breadth(surface: Surface, level: int) -> float:
+    """Return how broad the section at index `level` is across its length, in taxels, as of a rectangle."""
+    (xx, xy), (_, yy) = surface.profile.covariance[level].tolist()
+    return math.sqrt(12.0 * float(principal_moments(xx, xy, yy)[1]) / surface.contact.taxel_area)
 
 
 def bends(surface: Surface, seen: Contact) -> bool:
@@ -202,6 +235,16 @@ LIMITS = (
         flat_across,
         _ONE_OF_SEVERAL,
         "it goes on beyond the pad and its sections hardly grow: a flat bar may look like this",
+    ),
+    Limit(
+        in_pieces,
+        _ONE_OF_SEVERAL,
+        "it is many pieces, and what goes on beyond the pad is one: readings may have come round at their end",
+    ),
+    Limit(
+        crest_across,
+        _ONE_OF_SEVERAL,
+        "it is a narrow crest that leaves the pad at both ends: an edge, or a bar, round or flat",
     ),
     Limit(
         bends,

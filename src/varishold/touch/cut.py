@@ -18,6 +18,7 @@ __all__ = [
     "cut_sides",
     "ends_crookedly",
     "falls_off_all_round",
+    "goes_across",
     "half_hidden",
 ]
 
@@ -67,6 +68,19 @@ def _ends(values: NDArray[Any]) -> dict[Side, NDArray[Any]]:
 def _high(contact: Contact) -> float:
     """Return above which value a contact still stands high."""
     return contact.floor + _HIGH * (contact.peak - contact.floor)
+
+
+def goes_across(contact: Contact) -> bool:
+    """Tell whether a contact leaves the field at two sides and more, and covers none of its corners, or opposite ones.
+
+    So a strip does. A face that ends in one straight border covers what lies behind it, a corner too.
+    """
+    if len(cut_sides(contact)) < 2:
+        return False
+    own = contact.frame.label[1:-1, 1:-1] == contact.index
+    high = own & (contact.frame.padded[1:-1, 1:-1] > _high(contact))
+    first, second = (high[0, 0], high[-1, -1]), (high[0, -1], high[-1, 0])
+    return not (any(first) and any(second)) and all(first) == any(first) and all(second) == any(second)
 
 
 def half_hidden(contact: Contact) -> bool:
