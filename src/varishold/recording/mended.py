@@ -25,6 +25,7 @@ from varishold.frame.padded import padding, padding_words
 from varishold.frame.scaled import centred_frames, scaled_frames
 from varishold.frame.silent import silent_frames
 from varishold.frame.spoilt import spoilt_frames
+from varishold.frame.standardized import standardized_taxels
 from varishold.frame.sticking import sticking_taxels
 from varishold.frame.wrapped import wrapped_readings
 from varishold.recording.own_drift import OwnDrift, may_drift, own_drift
@@ -38,8 +39,17 @@ __all__ = ["stored_without_faults", "without_faults"]
 # none would hide all else, what sticks would hide glitches, a glitch is no part of what all taxels do, and drift is
 # seen where they do nothing else.
 _FAULTS = (
-    *(wrapped_readings, silent_frames, marked_readings, scaled_frames, centred_frames, spoilt_frames),
-    *(sticking_taxels, glitch_rule, adapting_readings, common_mode, row_noise, column_noise, drifting_rest),
+    *(wrapped_readings, silent_frames, marked_readings, standardized_taxels, scaled_frames, centred_frames),
+    *(
+        spoilt_frames,
+        sticking_taxels,
+        glitch_rule,
+        adapting_readings,
+        common_mode,
+        row_noise,
+        column_noise,
+        drifting_rest,
+    ),
 )
 
 # So often presses are looked for while the rest of each taxel becomes known.
@@ -56,8 +66,8 @@ def without_faults(recording: Recording) -> Recording:
     mains hum, is taken off where some that nothing presses show it; so is how far the rest of all of them drifts, or of
     each of them. Readings below zero that were stored without their sign get it back, frames that were enlarged the
     size that they had, those that were laid into larger ones no taxels around them, and frames that were scaled each
-    for itself, or centred, the level and the scale of what nothing presses. A recording without any of this is returned
-    as it is.
+    for itself, or centred, the level and the scale of what nothing presses. Taxels that were each scaled to their own
+    spread get a scale on which all have the same noise. A recording without any of this is returned as it is.
 
     Examples
     --------

@@ -20,6 +20,7 @@ from varishold.frame.quiet import FEWEST_FRAMES, SMOOTHED, is_level, is_smoothed
 from varishold.frame.reading_end import ReadingEnd, reading_end
 from varishold.frame.smooth import frame_is_smoothed
 from varishold.frame.spread import spread_over
+from varishold.frame.standardized import ROUGHLY
 from varishold.frame.swaying import SWAYS, sways
 from varishold.levelset.contacts import find_contacts
 from varishold.recording import Pad, Recording, presses
@@ -83,6 +84,11 @@ class PadFrames:
     smoothed: bool = False
     gains: NDArray[np.float64] | None = None
     sways: bool = False
+
+    @cached_property
+    def blurs_forms(self) -> bool:
+        """Whether small forms are not sure: taxels share their noise, or their gains are known roughly at most."""
+        return self.smoothed or any(note.startswith(ROUGHLY) for note in self.notes)
 
     @cached_property
     def noise(self) -> float | None:

@@ -189,7 +189,7 @@ def answers_of(
                 seen = (_recognize(contact, contacts, knows) for contact in contacts)
                 found = ((group.start, place, surface) for place, surface in enumerate(seen))
             for index, place, seen_as in found:
-                surface = unsure_of_smoothed(seen_as) if knows.frames[name].smoothed else seen_as
+                surface = unsure_of_smoothed(seen_as) if knows.frames[name].blurs_forms else seen_as
                 surface = unsure_of_plane(surface) if knows.frames[name].sways else surface
                 answer = _answer(recording, name, index, first, place, surface, knows)
                 if pooled and knows.frames[name].lies is not None:
