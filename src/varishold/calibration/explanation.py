@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.calibration.covers import SPRINGS, Cover
 from varishold.calibration.gains_behind import gains_behind
 from varishold.calibration.imprint import Points
-from varishold.calibration.press_fit import Fit, Observed, fit_presses
+from varishold.calibration.press_fit import ENOUGH, Fit, Observed, fit_presses
 from varishold.sensor import Linear, Logarithmic, Power, Response, Sensor
 
 __all__ = [
@@ -20,10 +22,12 @@ __all__ = [
     "WELL",
     "Explanation",
     "Family",
+    "Hypothesis",
     "Observations",
     "best_fit",
     "explain",
     "families_of",
+    "fitted",
 ]
 
 Floats = NDArray[np.float64]
@@ -109,16 +113,41 @@ class Observations:
         """The same presses of a sensor with gains that were found from them, and spread so far."""
         return dataclasses.replace(self, base=dataclasses.replace(self.base, gains=gains), gain_spread=spread)
 
+    def under(self, cover: Cover) -> Observations:
+        """The same presses, taken to be made through that cover."""
+        return dataclasses.replace(self, points=dataclasses.replace(self.points, cover=cover))
+
     def half(self, k: int) -> Observations:
         """Every second press, from the first (0) or the second (1) on."""
         return dataclasses.replace(self, observed=self.observed[k::2])
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Explanation:
-    """What explains presses best: a response, its fit, how sure its constants are, and whether there is a dead band."""
+class Hypothesis(NamedTuple):
+    """What may explain presses: a response, and what covers the taxels."""
 
     family: Family
+    cover: Cover = SPRINGS
+
+    @property
+    def bends(self) -> bool:
+        """Whether the response is other than linear."""
+        return self.family is not FAMILIES[0]
+
+    @property
+    def name(self) -> str:
+        return self.family.name if self.cover == SPRINGS else f"{self.family.name} under a layer"
+
+    @property
+    def constants(self) -> int:
+        """How many constants it has that the plainest one has not."""
+        return self.bends + (self.cover != SPRINGS)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Explanation:
+    """What explains presses best: its fit, how sure its constants are, and whether there is a dead band."""
+
+    hypothesis: Hypothesis
     fit: Fit
     error: Floats
     dead: bool
@@ -133,9 +162,8 @@ class Explanation:
         return constants
 
     @property
-    def bends(self) -> bool:
-        """Whether the response is other than linear."""
-        return self.family is not FAMILIES[0]
+    def family(self) -> Family:
+        return self.hypothesis.family
 
     @property
     def well(self) -> bool:
@@ -153,23 +181,27 @@ def families_of(given: Observations) -> tuple[Family, ...]:
     return FAMILIES if any(one.object.curved for one in given.observed) else FAMILIES[:1]
 
 
-def explain(of: Mapping[Family, Observations]) -> tuple[Explanation, dict[str, float]]:
-    """Return what explains presses best, and how badly each response explains those that it was not fitted to.
+def explain(of: Mapping[Hypothesis, Observations]) -> tuple[Explanation, dict[str, float]]:
+    """Return what explains presses best, and how badly each hypothesis explains those that it was not fitted to.
 
     Parameters
     ----------
-    of : mapping of Family to Observations
-        The presses, for each response to be tried with the gains that it makes of them.
+    of : mapping of Hypothesis to Observations
+        The presses under each cover to be tried, with the gains that they make behind each response.
     """
-    tried = {family.name: _held_out(family, given) for family, given in of.items()}
-    straight, *_ = of
-    likeliest = min(of, key=lambda family: tried[family.name])
-    family = likeliest if tried[likeliest.name] < _WORTH * tried[straight.name] else straight
-    fit, dead = best_fit(family, of[family])
-    return Explanation(family, fit, _errors_of(family, of[family], fit, dead=dead), dead), tried
+    tried = {each: _held_out(each.family, given) for each, given in of.items()}
+    chosen: Hypothesis | None = None
+    for number in sorted({each.constants for each in of}):
+        likeliest = min((each for each in of if each.constants == number), key=tried.__getitem__)
+        if chosen is None or tried[likeliest] < _WORTH * tried[chosen]:
+            chosen = likeliest
+    assert chosen is not None
+    fit, dead = best_fit(chosen.family, of[chosen])
+    error = _errors_of(chosen.family, of[chosen], fit, dead=dead)
+    return Explanation(chosen, fit, error, dead), {each.name: cost for each, cost in tried.items()}
 
 
-def _fitted(
+def fitted(
     family: Family,
     given: Observations,
     *,
@@ -177,7 +209,9 @@ def _fitted(
     free: bool = True,
     constants: Floats | None = None,
     dead: bool = True,
+    enough: float = ENOUGH,
 ) -> Fit:
+    """Return the fit of a response to presses, with or without a dead band."""
     base, observed, points = given.base, given.observed, given.points
 
     def forward(faces: Floats, at: Floats) -> Floats:
@@ -207,6 +241,7 @@ def _fitted(
         free=free,
         by_gain=None if given.gain_spread is None else by_gain,
         gain_spread=given.gain_spread or 0.0,
+        enough=enough,
     )
 
 
@@ -214,15 +249,15 @@ def _held_out(family: Family, given: Observations) -> float:
     """Return how badly a family explains presses that it was not fitted to, in their sigmas."""
     cost = []
     for k in (0, 1):
-        fit = _fitted(family, given.half(k))
-        other = _fitted(family, given.half(1 - k), constants=fit.constants, free=False)
+        fit = fitted(family, given.half(k))
+        other = fitted(family, given.half(1 - k), constants=fit.constants, free=False)
         cost.append(np.median(other.cost))
     return float(np.sqrt(np.mean(cost)))
 
 
 def best_fit(family: Family, given: Observations) -> tuple[Fit, bool]:
     """Return the fit with a dead band where that explains presses better, else without; and which one it is."""
-    fit, plain = _fitted(family, given), _fitted(family, given, dead=False)
+    fit, plain = fitted(family, given), fitted(family, given, dead=False)
     dead = _typical(fit) < min(_DEAD_WORTH * _typical(plain), WELL) and _typical(plain) > WELL
     return (fit, True) if dead else (plain, False)
 
@@ -235,7 +270,7 @@ def _errors_of(family: Family, given: Observations, fit: Fit, *, dead: bool) -> 
     Where presses are not explained, what all have alike is no noise that becomes less with their number.
     """
     first, second = (
-        _fitted(family, given.half(k), places=fit.places[k::2], constants=fit.constants, dead=dead) for k in (0, 1)
+        fitted(family, given.half(k), places=fit.places[k::2], constants=fit.constants, dead=dead) for k in (0, 1)
     )
     alike = np.sqrt(len(fit.places)) if _typical(fit) > WELL else 1.0
     repeated = np.maximum(np.abs(first.constants - second.constants) / 2, fit.error)

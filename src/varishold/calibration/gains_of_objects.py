@@ -125,9 +125,9 @@ def _beside(given: Observations, family: Family, fit: Fit) -> tuple[Floats, Floa
     noise = noise[:, None, None]
     top = predicted.max(axis=(1, 2), keepdims=True)
     inside = (predicted > _INSIDE * top) & (frames > _SIGMAS * noise) & given.usable
-    read, due = (np.where(inside, each, top) for each in (frames, predicted))
+    read, due = (np.where(inside, each, sensor.span) for each in (frames, predicted))
     off = np.log(sensor.response.stress(read / sensor.span) / sensor.response.stress(due / sensor.span))
-    steep = np.hypot(*np.gradient(np.log(np.maximum(predicted, _INSIDE / 4 * top)), axis=(1, 2)))
+    steep = np.hypot(*np.gradient(np.log(np.maximum(predicted, np.maximum(_INSIDE / 4 * top, 1e-300))), axis=(1, 2)))
     sigma = np.sqrt(_SHARE**2 + (noise / read) ** 2 + (_TAXELS * steep) ** 2)
     return np.where(inside, off, np.nan), np.where(inside, sigma, np.nan)
 

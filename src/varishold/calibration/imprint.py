@@ -10,6 +10,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.calibration.covers import SPRINGS, Cover
 from varishold.errors import InputError
 
 __all__ = ["OBJECTS", "KnownObject", "Points", "Print", "known_object"]
@@ -18,9 +19,9 @@ Floats = NDArray[np.float64]
 #: What a press leaves open of an object, and how far each number may well move.
 Guess = tuple[list[float], list[float]]
 
-# Points along a taxel's side at which the stress is looked at. With half as many what an edge leaves on a taxel is so
-# coarse that a power of .6 is found as .616.
-_PER_TAXEL = 8
+#: Points along a taxel's side at which the stress is looked at. With half as many what an edge leaves on a taxel is so
+#: coarse that a power of .6 is found as .616.
+PER_TAXEL = 8
 # A plate's edge rises over this share of a point's spacing, so that it moves smoothly.
 _EDGE = 1.0
 # A ball or roller is guessed to be pressed in by this part of its diameter at most.
@@ -53,8 +54,8 @@ class KnownObject:
         return OBJECTS[self.kind].curved
 
     def stress(self, at: Floats, pad: Points) -> Floats:
-        """Return the mean depth of the object's face in each taxel, metres, shape (rows, cols)."""
-        return pad.taxel_means(OBJECTS[self.kind].depth(self.size_m, at, pad))
+        """Return the mean stress in each taxel, shape (rows, cols): on springs the depth of the face, metres."""
+        return OBJECTS[self.kind].stress(self.size_m, at, pad)
 
     def guess(self, left: Print) -> Guess:
         """Return what a press may have been, by its parameters, and how far each may well move."""
@@ -63,34 +64,74 @@ class KnownObject:
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """Points all over a pad, several in each taxel.
+    """Points all over a pad, several in each taxel, and what covers them.
 
     Parameters
     ----------
     shape : (int, int)
     pitch_m : (float, float)
+    cover : Cover
+    per_taxel : int
+        Points along a taxel's side.
     """
 
     shape: tuple[int, int]
     pitch_m: tuple[float, float]
+    cover: Cover = SPRINGS
+    per_taxel: int = PER_TAXEL
 
     @cached_property
     def axes(self) -> tuple[Floats, Floats]:
         """x as a row and y as a column, metres from the pad's centre."""
         y, x = (
-            ((np.arange(n * _PER_TAXEL) + 0.5) / _PER_TAXEL - n / 2) * p
+            ((np.arange(n * self.per_taxel) + 0.5) / self.per_taxel - n / 2) * p
             for n, p in zip(self.shape, self.pitch_m, strict=True)
         )
         return x[None, :], y[:, None]
 
     @property
+    def diagonal_m(self) -> float:
+        (rows, cols), (dy, dx) = self.shape, self.pitch_m
+        return float(np.hypot(rows * dy, cols * dx))
+
+    @property
     def spacing_m(self) -> float:
-        return min(self.pitch_m) / _PER_TAXEL
+        return min(self.pitch_m) / self.per_taxel
+
+    def stress(self, made: Callable[[Floats, Floats], Floats], around: tuple[float, float, float] | None) -> Floats:
+        """Return the mean stress of each taxel, shape (rows, cols).
+
+        Parameters
+        ----------
+        made : callable
+            Stress at points of x (1, n) and y (m, 1), metres; shape (m, n).
+        around : (float, float, float) or None
+            x and y of a place, and how far from it along both there is no stress any more; None: anywhere.
+        """
+        (rows, cols), n, (x, y) = self.shape, self.per_taxel, self.axes
+        means = np.zeros(self.shape)
+        down, across = slice(0, rows), slice(0, cols)
+        if around is not None:
+            (dy, dx), (at_x, at_y, reach) = self.pitch_m, around
+            down, across = _within(at_y, reach, rows, dy), _within(at_x, reach, cols, dx)
+        x, y = x[:, across.start * n : across.stop * n], y[down.start * n : down.stop * n]
+        if x.size and y.size:
+            means[down, across] = self.taxel_means(made(x, y))
+        return means
 
     def taxel_means(self, values: Floats) -> Floats:
-        rows, cols = self.shape
-        mean: Floats = values.reshape(rows, _PER_TAXEL, cols, _PER_TAXEL).mean(axis=(1, 3))
+        """Return the mean of each taxel's points, from values at the points of some rows and columns of taxels."""
+        n = self.per_taxel
+        rows, cols = values.shape
+        mean: Floats = values.reshape(rows // n, n, cols // n, n).mean(axis=(1, 3))
         return mean
+
+
+def _within(at_m: float, reach_m: float, count: int, pitch_m: float) -> slice:
+    """Return which of so many taxels along a side lie within a reach of a place, in parts."""
+    low, high = ((at_m + way * reach_m) / pitch_m + count / 2 for way in (-1, 1))
+    start = int(np.clip(np.floor(low), 0, count))
+    return slice(start, max(start, int(np.clip(np.ceil(high), 0, count))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,38 +198,50 @@ class Print:
 
 
 def _ball(size_m: float, at: Floats, pad: Points) -> Floats:
-    x, y = pad.axes
-    return _below(size_m / 2, (x - at[0]) ** 2 + (y - at[1]) ** 2, at[2])
+    face, (cx, cy, depth) = pad.cover.ball(size_m), at.tolist()
+    reach = float(face.reach_m(depth))
+    return pad.stress(lambda x, y: face.pressure(np.sqrt((x - cx) ** 2 + (y - cy) ** 2), depth), (cx, cy, reach))
 
 
 def _roller(size_m: float, at: Floats, pad: Points) -> Floats:
-    x, y = pad.axes
-    across = -np.sin(at[1]) * x + np.cos(at[1]) * y - at[0]
-    along = np.cos(at[1]) * x + np.sin(at[1]) * y
-    return _below(size_m / 2, across**2, at[2] + at[3] * along)
+    face, (off, yaw, depth, slope) = pad.cover.roller(size_m), at.tolist()
+
+    def made(x: Floats, y: Floats) -> Floats:
+        across = -np.sin(yaw) * x + np.cos(yaw) * y - off
+        deep = depth + slope * (np.cos(yaw) * x + np.sin(yaw) * y)
+        near = np.abs(across) < float(face.reach_m(deep.max()))
+        stress = np.zeros(across.shape)
+        stress[near] = face.pressure(across[near], deep[near])
+        return stress
+
+    return pad.stress(made, None)
 
 
 def _plate(size_m: float, at: Floats, pad: Points) -> Floats:
-    x, y = pad.axes
-    u = np.cos(at[2]) * (x - at[0]) + np.sin(at[2]) * (y - at[1])
-    v = np.cos(at[2]) * (y - at[1]) - np.sin(at[2]) * (x - at[0])
-    inside = np.clip((size_m / 2 - np.maximum(np.abs(u), np.abs(v))) / (_EDGE * pad.spacing_m) + 0.5, 0.0, 1.0)
-    depth: Floats = inside * np.maximum(at[3] + at[4] * u + at[5] * v, 0.0)
-    return depth
+    face, (cx, cy, yaw, *depth) = pad.cover.flat("square", size_m), at.tolist()
+
+    def made(x: Floats, y: Floats) -> Floats:
+        u = np.cos(yaw) * (x - cx) + np.sin(yaw) * (y - cy)
+        v = np.cos(yaw) * (y - cy) - np.sin(yaw) * (x - cx)
+        return _inside(size_m, np.maximum(np.abs(u), np.abs(v)), pad) * face.pressure(u, v, *depth)
+
+    return pad.stress(made, (cx, cy, size_m * np.sqrt(0.5) + 2 * pad.spacing_m))
 
 
 def _disc(size_m: float, at: Floats, pad: Points) -> Floats:
-    x, y = pad.axes
-    u, v = x - at[0], y - at[1]
-    inside = np.clip((size_m / 2 - np.hypot(u, v)) / (_EDGE * pad.spacing_m) + 0.5, 0.0, 1.0)
-    depth: Floats = inside * np.maximum(at[2] + at[3] * u + at[4] * v, 0.0)
-    return depth
+    face, (cx, cy, *depth) = pad.cover.flat("disc", size_m), at.tolist()
+
+    def made(x: Floats, y: Floats) -> Floats:
+        u, v = np.broadcast_arrays(x - cx, y - cy)
+        return _inside(size_m, np.hypot(u, v), pad) * face.pressure(u, v, *depth)
+
+    return pad.stress(made, (cx, cy, size_m / 2 + 2 * pad.spacing_m))
 
 
-def _below(radius_m: float, distance_2: Floats, depth_m: Floats | float) -> Floats:
-    """Return how deep a round face is below the pad; beside it there is nothing, however deep it is pressed."""
-    gap = radius_m - np.sqrt(np.maximum(radius_m**2 - distance_2, 0.0))
-    return np.where(distance_2 < radius_m**2, np.maximum(depth_m - gap, 0.0), 0.0)
+def _inside(size_m: float, distance_m: Floats, pad: Points) -> Floats:
+    """Return how much of each point lies inside a face whose edge is so far from its middle."""
+    inside: Floats = np.clip((size_m / 2 - distance_m) / (_EDGE * pad.spacing_m) + 0.5, 0.0, 1.0)
+    return inside
 
 
 def _guess_ball(size_m: float, left: Print) -> Guess:
@@ -229,11 +282,11 @@ def _plate_turn(pressed: NDArray[np.bool_], x: Floats, y: Floats, size_m: float)
 
 @dataclass(frozen=True)
 class _Imprint:
-    """How one kind of object presses: what is open of a press, the depth of its face, and a guess from what is left."""
+    """How one kind of object presses: what is open of a press, what stress it makes, and a guess from what is left."""
 
     parameters: tuple[str, ...]
     curved: bool
-    depth: Callable[[float, Floats, Points], Floats]
+    stress: Callable[[float, Floats, Points], Floats]
     guess: Callable[[float, Print], Guess]
 
 

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from varishold._counted import counted
 from varishold.calibration.agreement import LEAST_SPREAD, hardly_pressed
+from varishold.calibration.covers import SPRINGS, cover_of
 from varishold.calibration.explanation import (
     BLUR,
     DEAD,
     Explanation,
+    Family,
+    Hypothesis,
     Observations,
     explain,
     families_of,
@@ -25,6 +29,14 @@ from varishold.calibration.press_fit import Fit, Observed
 from varishold.calibration.readings import Presses, presses_of
 from varishold.calibration.result import Calibration, Curve, Finding
 from varishold.calibration.silent import marked_broken, pressed_around, silent_taxels
+from varishold.calibration.thickness import (
+    POISSON,
+    Thickness,
+    has_floor,
+    likeliest_layer,
+    tells_thickness,
+    thickness_of,
+)
 from varishold.errors import InputError
 from varishold.recording import Recording
 from varishold.sensor import Linear, Sensor
@@ -64,9 +76,9 @@ def calibrate_objects(
     """Find response, dead band, blur and gains from presses of objects of known form and size.
 
     Where and how deep each press was is found together with the constants; what a taxel reads beside that, press
-    after press, is its gain, where two objects or two halves of the presses agree. The face's depth is
-    taken for the stress, as on a thin cover or a bed of springs: a power response of .5 and a thick skin press
-    a ball alike.
+    after press, is its gain, where two objects or two halves of the presses agree. Round and flat objects
+    together tell how thick an elastic cover is: a thick one presses a ball as springs behind a power response of .5
+    do, but a flat face highest along its edges. Without both the face's depth is taken for the stress, as on springs.
 
     Parameters
     ----------
@@ -110,20 +122,48 @@ def calibrate_objects(
     broken = silent_taxels(found.frames, found.usable, pressed, fewest=_FEWEST_TO_BREAK)
     found = dataclasses.replace(found, usable=found.usable & ~broken)
     points = Points(found.usable.shape, pitch_m)
+    if known.cover is not None:
+        points = dataclasses.replace(points, cover=cover_of(known.cover, points.diagonal_m))
     span = float(np.quantile(found.frames[:, found.usable].max(axis=1), 0.95))
     base = dataclasses.replace(
         known.upright(), span=span, full_scale=span, response=Linear(), dead_band=0.0, crosstalk=0.0, saturation=None
     )
     observed = [_observed(found, k, each[int(found.recording[k])], points) for k in range(found.n)]
     given = Observations(base, observed, points, found.usable, known_readings(known))
-    # Gains that were found behind one response hide that it is another, so each is tried with its own.
-    of = dict.fromkeys(families_of(given), given)
-    gains = {} if known.gains is not None else {family: gains_of_objects(given, family) for family in of}
-    of |= {family: given.with_gains(e.map, e.agreed.spread) for family, e in gains.items() if e.worth}
-    explanation, tried = explain(of)
+    tried = {each.hypothesis: each for each in _attempts(given, known)}
+    explanation, costs = explain({hypothesis: each.given for hypothesis, each in tried.items()})
+    best, thickness = tried[explanation.hypothesis], None
     _check_explained(explanation.fit, observed, found)
-    family = explanation.family
-    return _outcome(known, found, of[family], explanation, tried, gains.get(family), broken)
+    if known.cover is None and has_floor(best.hypothesis.cover):
+        thickness, explanation, under = thickness_of(explanation, best.given)
+        best = best._replace(given=under)
+    return _outcome(known, found, best, explanation, costs, thickness, broken)
+
+
+class _Attempt(NamedTuple):
+    """What may explain the presses, they with the gains that go with it, and these."""
+
+    hypothesis: Hypothesis
+    given: Observations
+    gains: ObjectGains | None
+
+
+def _attempts(given: Observations, known: Sensor) -> Iterator[_Attempt]:
+    """Yield what may explain presses: gains that were found behind one response hide that it is another."""
+    for family in families_of(given):
+        plain = _with_gains(given, family, known)
+        yield plain
+        layer = likeliest_layer(plain.given, family) if known.cover is None and tells_thickness(given) else None
+        if layer is not None:
+            yield _with_gains(given.under(layer), family, known)
+
+
+def _with_gains(given: Observations, family: Family, known: Sensor) -> _Attempt:
+    hypothesis = Hypothesis(family, given.points.cover)
+    if known.gains is not None:
+        return _Attempt(hypothesis, given, None)
+    gains = gains_of_objects(given, family)
+    return _Attempt(hypothesis, given.with_gains(gains.map, gains.agreed.spread) if gains.worth else given, gains)
 
 
 def _check_enough(recordings: Sequence[Recording], things: Sequence[KnownObject], found: Presses) -> None:
@@ -198,13 +238,13 @@ def _check_explained(fit: Fit, observed: Sequence[Observed], found: Presses) -> 
 def _outcome(
     known: Sensor,
     found: Presses,
-    given: Observations,
+    attempt: _Attempt,
     explanation: Explanation,
     tried: Mapping[str, float],
-    gains: ObjectGains | None,
+    thickness: Thickness | None,
     broken: NDArray[np.bool_],
 ) -> Calibration:
-    fit, observed = explanation.fit, given.observed
+    given, gains, fit, observed = attempt.given, attempt.gains, explanation.fit, attempt.given.observed
     measured = given.sensor(explanation.family, explanation.constants)
     even = gains if gains is not None and gains.worth else None
     kept = np.ones(broken.shape) if measured.gains is None else measured.gains
@@ -225,11 +265,19 @@ def _outcome(
         kind="objects",
         sensor=made,
         presses=found.n,
-        findings=(*_findings(explanation), *([] if even is None else [_gain_finding(even)])),
-        unknown=tuple(_unknown(explanation, curved=len(tried) > 1, has_gains=measured.gains is not None)),
+        findings=(
+            *_findings(explanation),
+            *([] if thickness is None else [_thickness_finding(thickness)]),
+            *([] if even is None else [_gain_finding(even)]),
+        ),
+        unknown=(
+            *_unknown(explanation, curved=len(tried) > 1, has_gains=measured.gains is not None),
+            _cover_unknown(known, given),
+        ),
         notes=(
             *found.notes,
             *_notes(explanation, tried),
+            *([] if known.cover is not None else _cover_notes(explanation.hypothesis)),
             *marked_broken(broken),
             *_gain_notes(known, given, explanation, gains),
         ),
@@ -239,9 +287,10 @@ def _outcome(
         residual=np.where(found.usable, np.sqrt(np.mean(residual**2, axis=0)), np.nan),
         curve=_curve(measured, fit, observed),
     )
-    if explanation.bends or given.gain_readings is None:
-        return outcome.recorded()
-    return outcome.recorded({GAIN_READINGS: given.gain_readings.tolist()})
+    more: dict[str, Any] = {} if thickness is None else {"thickness_m": thickness.metres}
+    if not explanation.hypothesis.bends and given.gain_readings is not None:
+        more[GAIN_READINGS] = given.gain_readings.tolist()
+    return outcome.recorded(more)
 
 
 def _findings(explanation: Explanation) -> list[Finding]:
@@ -270,6 +319,15 @@ def _findings(explanation: Explanation) -> list[Finding]:
     return findings
 
 
+def _thickness_finding(thickness: Thickness) -> Finding:
+    return Finding(
+        "thickness_m",
+        thickness.metres,
+        thickness.error,
+        f"of what covers the taxels, in metres, were its Poisson's ratio {POISSON:g}",
+    )
+
+
 def _gain_finding(gains: ObjectGains) -> Finding:
     return Finding(
         "gain_spread",
@@ -293,26 +351,45 @@ def _unknown(explanation: Explanation, *, curved: bool, has_gains: bool) -> list
         unknown.append(
             "the gains: use an even pressure or unlabelled presses first, and give that sensor file (sensor)"
         )
-    return [
-        *unknown,
-        "the cover's thickness and modulus: on springs, as taken here, a thick skin looks like a response and a blur",
-    ]
+    return unknown
+
+
+def _cover_unknown(known: Sensor, given: Observations) -> str:
+    """Say what is not known of the cover."""
+    if known.cover is not None:
+        return "the cover's modulus: it is taken as the sensor file says it"
+    if given.points.cover != SPRINGS:
+        return f"the cover's modulus and Poisson's ratio, which is taken as {POISSON:g}"
+    if tells_thickness(given):
+        return "the cover's thickness and modulus: springs explain these presses as well as a layer does"
+    return (
+        "the cover's thickness and modulus: a thick one presses a ball as a bent response does; press a ball or a "
+        "roller and a plate or a disc"
+    )
 
 
 def _notes(explanation: Explanation, tried: Mapping[str, float]) -> list[str]:
     notes = []
     if len(tried) > 1:
-        if not explanation.bends:
+        if not explanation.hypothesis.bends:
             notes.append("the response is linear, as far as these presses tell")
         others = ", ".join(f"{name} {cost:.2f}" for name, cost in tried.items())
         notes.append(f"presses left out of the fit are explained to so many sigmas: {others}")
     if not explanation.well:
         notes.append(
             f"the fit leaves {explanation.typical:.2g} times what noise and a hundredth of the peak would: these "
-            "presses are not quite of such objects on springs (is each of the form and size that was said? do the "
+            "presses are not quite of such objects (is each of the form and size that was said? do the "
             "taxels' gains differ?), and what was found may be off by more than it says"
         )
     return notes
+
+
+def _cover_notes(hypothesis: Hypothesis) -> list[str]:
+    if hypothesis.cover == SPRINGS:
+        return []
+    if not has_floor(hypothesis.cover):
+        return ["what covers the taxels is so thick that its floor is not felt"]
+    return ["no [skin] is written, as names are learned from what covers do; add it to fit forms through it"]
 
 
 def _gain_notes(known: Sensor, given: Observations, explanation: Explanation, gains: ObjectGains | None) -> list[str]:
@@ -321,7 +398,7 @@ def _gain_notes(known: Sensor, given: Observations, explanation: Explanation, ga
         return [gains.refusal] if gains.agreed.spread >= LEAST_SPREAD else []
     if gains is not None:
         return hardly_pressed(given.usable & ~gains.known)
-    if known.gains is None or not explanation.bends or not isinstance(known.response, Linear):
+    if known.gains is None or not explanation.hypothesis.bends or not isinstance(known.response, Linear):
         return []
     if given.gain_readings is not None:
         return ["the gains were found from an even pressure without this response, and are now those behind it"]

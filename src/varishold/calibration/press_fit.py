@@ -10,13 +10,15 @@ from numpy.typing import NDArray
 
 from varishold.calibration.imprint import KnownObject, Points
 
-__all__ = ["Fit", "Observed", "fit_presses"]
+__all__ = ["ENOUGH", "Fit", "Observed", "fit_presses"]
 
 Floats = NDArray[np.float64]
 #: From depths of faces (n, rows, cols) and constants to readings.
 Forward = Callable[[Floats, Floats], Floats]
 
-_ROUNDS, _ENOUGH = 60, 1e-5
+_ROUNDS = 60
+#: A fit ends where a round takes off less than this share of what is left.
+ENOUGH = 1e-5
 # Steps of numerical derivatives: of constants, and of a press's parameters as a share of its scale.
 _STEP, _SHARE = 1e-4, 1e-3
 
@@ -85,6 +87,7 @@ def fit_presses(
     free: bool = True,
     by_gain: Forward | None = None,
     gain_spread: float = 0.0,
+    enough: float = ENOUGH,
 ) -> Fit:
     """Return the constants and places that fit best (Levenberg and Marquardt).
 
@@ -110,6 +113,8 @@ def fit_presses(
         constants are then less sure.
     gain_spread : float
         Prior spread of these gains.
+    enough : float
+        The fit ends where a round takes off less than this share of what is left.
     """
     n, sizes = len(observed), [each.start.size for each in observed]
     ends = np.cumsum([0, *sizes])
@@ -157,7 +162,7 @@ def fit_presses(
             new_left = residual(forward(new_face, new_theta))
             before, after = float((left**2).sum()), float((new_left**2).sum())
             if after < before:
-                done = before - after < _ENOUGH * before
+                done = before - after < enough * before
                 theta, phi, face, left = new_theta, new_phi, new_face, new_left
                 damping = max(damping / 5, 1e-9)
                 break
