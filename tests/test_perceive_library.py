@@ -184,6 +184,16 @@ def test_units_do_not_matter_for_the_metric() -> None:
     assert there.covariance == pytest.approx(here.covariance, abs=1e-9)
 
 
+@pytest.mark.parametrize("unit", [1e-300, 1e-12, 1e-6, 1e9, 1e300])
+def test_a_number_counts_alike_in_picofarads_and_in_farads(unit: float) -> None:
+    rng = np.random.default_rng(2)
+    values, owner = rng.normal(size=(60, 3)), np.repeat(np.arange(3), 20)
+    one, other = (fit_metric(("a", "b", "c"), values * [scale, 1.0, 1.0], owner) for scale in (1.0, unit))
+    np.testing.assert_allclose(other.covariance, one.covariance, atol=1e-12)
+    np.testing.assert_allclose(other.scale / one.scale, [unit, 1.0, 1.0])
+    np.testing.assert_allclose(other.standardized(values * [unit, 1.0, 1.0]), one.standardized(values), atol=1e-12)
+
+
 def test_constant_and_unknown_numbers_do_no_harm() -> None:
     values = np.column_stack([np.arange(6.0), np.full(6, 3.0), np.full(6, np.nan)])
     metric = fit_metric(("a", "constant", "unknown"), values, np.zeros(6, np.int64))

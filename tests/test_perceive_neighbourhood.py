@@ -148,7 +148,9 @@ def test_what_a_metric_was_learned_from_is_not_thought_more_usual_than_what_it_w
         assert share <= level + 3 * np.sqrt(level * (1 - level) / len(p)), level
 
 
-@pytest.mark.parametrize(("objects", "examples", "numbers"), [(5, 10, 40), (2, 40, 60)])
+@pytest.mark.parametrize(
+    ("objects", "examples", "numbers"), [(5, 10, 40), (2, 40, 60), (2, 10, 200), (2, 50, 200), (3, 20, 100)]
+)
 def test_as_many_numbers_as_examples_make_known_things_no_stranger(objects: int, examples: int, numbers: int) -> None:
     """What an example brings into the metric makes no other touch seem odd beside it."""
     p, refused, n = [], 0, 12

@@ -54,34 +54,42 @@ def units(model: TouchModel, values: np.ndarray) -> np.ndarray:
     return np.nan_to_num(np.clip((values - model.metric.shift) / model.metric.scale, -6, 6))
 
 
-def log_kernels(
-    model: TouchModel, one: np.ndarray, others: np.ndarray, known: np.ndarray, covariance: np.ndarray | None = None
-) -> np.ndarray:
+def log_kernels(model: TouchModel, one: np.ndarray, others: np.ndarray, known: np.ndarray) -> np.ndarray:
     """(1 + distance^2 / (d width^2)) ^ (-fall / 2) of each other, by what is known; fewer fall as much slower."""
     off = (units(model, one) - units(model, others))[:, known]
-    inverse = np.linalg.inv((model.metric.covariance if covariance is None else covariance)[np.ix_(known, known)])
+    inverse = np.linalg.inv(model.metric.covariance[np.ix_(known, known)])
     square = ((off @ inverse) * off).sum(axis=1)
     power = model.fall * np.sqrt(known.sum() / len(known))
     return np.asarray(-power / 2 * np.log(1 + square / (known.sum() * model.width**2)))
 
 
-def without(of: Library, model: TouchModel, i: int) -> np.ndarray:
-    """Covariance but for what an example brings: its rests with and without it.
+def without(of: Library, model: TouchModel, i: int) -> TouchModel:
+    """The model with the metric of all examples but one; as much is added to its scatter as where it was learned.
 
     Of more than eight examples of known size a rest is that from their curve over size, otherwise from their mean.
     """
-    made, at = np.flatnonzero(model.made), units(model, model.values)
-    degree = {
-        k: 2 if n > 8 and np.isfinite(of.log_size).all() else 0 for k, n in enumerate(np.bincount(of.owner[made]))
-    }
-    mine = made[of.owner[made] == of.owner[i]]
+    made = np.flatnonzero(model.made)
+    kept, d = made[made != i], model.values.shape[1]
+    shift, scale = np.nanmean(model.values[kept], axis=0), np.nanstd(model.values[kept], axis=0)
+    metric = replace(model.metric, shift=shift, scale=scale)
+    at = units(replace(model, metric=metric), model.values)
 
-    def rest(rows: np.ndarray) -> np.ndarray:
-        curve = np.polyfit(of.log_size[rows] if degree[of.owner[i]] else rows, at[rows], degree[of.owner[i]])
-        return np.array([at[i, k] - np.polyval(curve[:, k], np.nan_to_num(of.log_size[i])) for k in range(at.shape[1])])
+    def degree(rows: np.ndarray) -> int:
+        return 2 if len(rows) > 8 and np.isfinite(of.log_size).all() else 0
 
-    free = len(made) - sum(1 + d for d in degree.values())
-    return np.asarray(model.metric.covariance - np.outer(rest(mine[mine != i]), rest(mine)) / free)
+    def free(rows: np.ndarray) -> int:
+        return len(rows) - sum(1 + degree(rows[of.owner[rows] == k]) for k in np.unique(of.owner[rows]))
+
+    off = []
+    for k in np.unique(of.owner[kept]):
+        mine = kept[of.owner[kept] == k]
+        along = of.log_size[mine] if degree(mine) else np.zeros(len(mine))
+        for column in at[mine].T:
+            curve = np.polyfit(along, column, 2) if degree(mine) else [column.mean()]
+            off.append(column - np.polyval(curve, along))
+    rests = np.array([np.concatenate(off[j::d]) for j in range(d)])
+    covariance = rests @ rests.T / free(kept) + 0.2 * (1 + d / free(made)) * np.eye(d)
+    return replace(model, metric=replace(metric, covariance=covariance))
 
 
 def mean(values: np.ndarray) -> float:
@@ -171,18 +179,16 @@ class Plain:
             out.append(float(np.exp(edges[above - 1] + part * (edges[above] - edges[above - 1]))))
         return out
 
-    def score(
-        self, model: TouchModel, k: int, values: np.ndarray, known: np.ndarray, *by: np.ndarray, but: int = -1
-    ) -> float:
+    def score(self, model: TouchModel, k: int, values: np.ndarray, known: np.ndarray, *, but: int = -1) -> float:
         own = [j for j in np.flatnonzero((self.of.owner == k) & model.made) if j != but]
-        out = mean(log_kernels(model, values, model.values[own], known, *by))
-        return out - (mean(log_kernels(model, values, model.others, known, *by)) if len(model.others) else 0)
+        out = mean(log_kernels(model, values, model.values[own], known))
+        return out - (mean(log_kernels(model, values, model.others, known)) if len(model.others) else 0)
 
     def own_score(self, model: TouchModel, i: int, known: np.ndarray) -> float:
         """Of an example, by the metric without it: the whole of its numbers tell what that takes off, part a part."""
         k, values, every = self.of.owner[i], model.values[i], np.ones(3, bool)
         with_it = self.score(model, k, values, every, but=i)
-        off = with_it - self.score(model, k, values, every, without(self.of, model, i), but=i)
+        off = with_it - self.score(without(self.of, model, i), k, values, every, but=i)
         return self.score(model, k, values, known, but=i) - known.mean() * off
 
     def p_value(self, name: str) -> float:
@@ -320,8 +326,8 @@ def test_the_kernel_is_the_one_that_names_examples_best_when_they_are_left_out(n
     losses = {}
     for width in (0.7, 1.0, 1.4):
         for fall in (5.0, 10.0, 20.0, 40.0, 80.0):
-            tried = replace(model, width=width, fall=fall)
-            table = np.array([log_kernels(tried, model.values[i], model.values[made], known, alone[i]) for i in made])
+            tried = {i: replace(by, width=width, fall=fall) for i, by in alone.items()}
+            table = np.array([log_kernels(by, by.values[i], by.values[made], known) for i, by in tried.items()])
             p = np.array([np.mean(np.exp(table), axis=1, where=counted) for counted in counts])
             losses[width, fall] = np.mean(-np.log(p[own, np.arange(len(made))] / p.sum(axis=0)))
     assert (model.width, model.fall) == min(losses, key=lambda kernel: losses[kernel])

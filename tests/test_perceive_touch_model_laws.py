@@ -55,50 +55,49 @@ def units(model: TouchModel, values: np.ndarray) -> np.ndarray:
     return np.nan_to_num(np.clip((values - model.metric.shift) / model.metric.scale, -6, 6))
 
 
-def likelihoods(
-    model: TouchModel,
-    felt: np.ndarray,
-    rows: np.ndarray,
-    known: np.ndarray | None = None,
-    covariance: np.ndarray | None = None,
-) -> np.ndarray:
+def likelihoods(model: TouchModel, felt: np.ndarray, rows: np.ndarray, known: np.ndarray | None = None) -> np.ndarray:
     """Kernel of every touch that was felt at every row, by the known numbers; shape (n_felt, n_rows)."""
     known = np.ones(felt.shape[1], bool) if known is None else known
     off = (units(model, felt)[:, None] - units(model, rows)[None])[..., known]
-    covariance = (model.metric.covariance if covariance is None else covariance)[np.ix_(known, known)]
+    covariance = model.metric.covariance[np.ix_(known, known)]
     squares = np.einsum("abi,ij,abj->ab", off, np.linalg.inv(covariance), off)
     fall = model.fall * np.sqrt(known.mean())
     out: np.ndarray = (1 + squares / (known.sum() * model.width**2)) ** (-fall / 2)
     return out
 
 
-def covariance_without(model: TouchModel, owner: np.ndarray, i: int) -> np.ndarray:
-    """Covariance but for what an example brings: how far it lies from its object's others, times from their mean."""
+def alone(model: TouchModel, owner: np.ndarray, i: int) -> TouchModel:
+    """The model with the metric of all examples but one; as much is added to its scatter as where it was learned."""
     made = np.flatnonzero(model.made)
-    mine = made[owner[made] == owner[i]]
-    rest = mine[mine != i]
-    at = units(model, model.values)
-    free = max(len(made) - len(np.unique(owner[made])), 1)
-    brings = np.outer(at[i] - at[rest].mean(axis=0), at[i] - at[mine].mean(axis=0)) if rest.size else 0.0
-    return np.asarray(model.metric.covariance - brings / free)
+    rest, d = made[made != i], model.values.shape[1]
+    known = model.values[rest]
+    with np.errstate(invalid="ignore"):
+        scale = np.nanstd(known, axis=0)
+    metric = Metric(model.metric.names, np.nanmean(known, axis=0), np.where(scale > 0, scale, 1.0), np.eye(d))
+    free = [max(len(rows) - len(np.unique(owner[rows])), 1) for rows in (made, rest)]
+    at = units(replace(model, metric=metric), known)
+    off = np.concatenate(
+        [at[owner[rest] == k] - at[owner[rest] == k].mean(axis=0) for k in np.unique(owner[rest])] or [at]
+    )
+    return replace(
+        model, metric=replace(metric, covariance=off.T @ off / free[1] + 0.2 * (1 + d / free[0]) * np.eye(d))
+    )
 
 
 def conformity(
-    model: TouchModel, owner: np.ndarray, known: np.ndarray | None = None, *, alone: bool = False
+    model: TouchModel, owner: np.ndarray, known: np.ndarray | None = None, *, left_out: bool = False
 ) -> np.ndarray:
     """Log of the mean likelihood under the others of one's object, less that under other things.
 
-    `alone`: by the metric without the example.
+    `left_out`: by the metric without the example.
     """
     out = np.full(len(owner), np.nan)
     for i in np.flatnonzero(model.made):
         rest = (owner == owner[i]) & model.made & (np.arange(len(owner)) != i)
-        how = known, covariance_without(model, owner, i) if alone else None
-        out[i] = (
-            np.log(likelihoods(model, model.values[[i]], model.values[rest], *how).mean()) if rest.any() else np.nan
-        )
+        by = alone(model, owner, i) if left_out else model
+        out[i] = np.log(likelihoods(by, by.values[[i]], by.values[rest], known).mean()) if rest.any() else np.nan
         if len(model.others):
-            out[i] -= np.log(likelihoods(model, model.values[[i]], model.others, *how).mean())
+            out[i] -= np.log(likelihoods(by, by.values[[i]], by.others, known).mean())
     return out
 
 
@@ -132,7 +131,7 @@ def test_an_example_conforms_as_the_others_of_its_object_say_less_what_other_thi
     seed: int, n_others: int
 ) -> None:
     model, owner = holed(seed, n_others=n_others)
-    np.testing.assert_allclose(model.scores, conformity(model, owner, alone=True), rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(model.scores, conformity(model, owner, left_out=True), rtol=1e-4, atol=1e-4)
     better = conformity(model, owner) - model.scores
     for known in ([True, True, False], [False, False, True]):
         # What it conforms better for being one of those that the metric is of, by so many of the numbers.
@@ -170,7 +169,7 @@ def test_how_many_are_judged_at_once_changes_no_score(monkeypatch: pytest.Monkey
 
 
 # Each of these comes out with a kernel of its own.
-SEEDS_OF_KERNELS = (10, 34, 11, 90, 7, 2, 15, 506, 149, 0, 6, 22, 183, 35)
+SEEDS_OF_KERNELS = (0, 2, 5, 7, 10, 11, 15, 22, 35, 130, 149, 183, 206, 518)
 
 
 def test_the_kernel_is_the_one_of_fifteen_that_names_left_out_examples_best() -> None:
@@ -190,12 +189,8 @@ def test_the_kernel_is_the_one_of_fifteen_that_names_left_out_examples_best() ->
         for width in WIDTHS:
             for fall in FALLS:
                 tried = replace(model, width=width, fall=fall)
-                table = np.concatenate(
-                    [
-                        likelihoods(tried, tried.values[[i]], tried.values, None, covariance_without(tried, owner, i))
-                        for i in range(18)
-                    ]
-                )
+                each = [alone(tried, owner, i) for i in range(18)]
+                table = np.concatenate([likelihoods(by, by.values[[i]], by.values) for i, by in enumerate(each)])
                 np.fill_diagonal(table, 0.0)
                 # Five others of its own object, six of each other one.
                 means = np.stack([table[:, owner == k].sum(axis=1) / (6 - (owner == k)) for k in range(3)], axis=1)
@@ -224,7 +219,7 @@ def test_one_example_alone_falls_as_the_fortieth_power_at_the_usual_distance() -
 def test_two_examples_of_an_object_are_each_the_others_whole_likelihood() -> None:
     owner = np.array([0, 0, 1, 1])
     model = learned(np.array([0.0, 0.4, 1.0, 1.7])[:, None], owner)
-    np.testing.assert_allclose(model.scores, conformity(model, owner, alone=True), rtol=1e-5)
+    np.testing.assert_allclose(model.scores, conformity(model, owner, left_out=True), rtol=1e-5)
 
 
 @pytest.mark.parametrize(("n_others", "likest"), [(2, 1), (9, 1), (19, 1), (20, 2), (31, 3), (50, 5)])

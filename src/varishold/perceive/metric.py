@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import require
 
-__all__ = ["Metric", "fit_metric", "own_scatter"]
+__all__ = ["Metric", "fit_metric", "shrinkage"]
 
 Floats = NDArray[np.float64]
 
@@ -26,11 +26,11 @@ _CLIP = 6.0
 # A hand lacks the same numbers touch after touch; so many choices of numbers are kept.
 _MOST_PARTS = 4
 
+# A number that changes by no more of itself is constant, but for rounding.
+_CONSTANT = 1e-14
+
 # What is added to the within-object covariance of standardized numbers.
 _SHRINK = 0.2
-
-# What is left of an example that alone tells where its object lies, but for rounding.
-_ALONE = 1e-9
 
 # So few examples of an object, or sizes so near each other in logarithm, do not tell what changes with size.
 _FEW, _ONE_SIZE = 8, 0.05
@@ -109,7 +109,7 @@ def fit_metric(
     owner: NDArray[np.int64],
     log_size: Floats | None = None,
     *,
-    shrink: float = _SHRINK,
+    shrink: float | None = None,
 ) -> Metric:
     """Learn a metric from examples.
 
@@ -123,8 +123,8 @@ def fit_metric(
     log_size : ndarray of shape (n,), optional
         Logarithm of each example's size: what changes evenly with it within an object is no scatter, where the object
         has more than eight examples and all of their sizes are known. NaN: unknown.
-    shrink : float
-        Share of the total variance that is added to every number's own.
+    shrink : float, optional
+        Share of the total variance that is added to every number's own. Default: `shrinkage` of these examples.
 
     Raises
     ------
@@ -135,54 +135,53 @@ def fit_metric(
     require(fits, f"a metric of {len(names)} numbers needs examples of shape (n, {len(names)}), n >= 1")
     known = np.isfinite(values)
     count = np.maximum(known.sum(axis=0), 1)
-    shift = np.where(known, values, 0.0).sum(axis=0) / count
-    spread = np.sqrt(np.where(known, (values - shift) ** 2, 0.0).sum(axis=0) / count)
-    scale = np.where(spread > 1e-9, spread, 1.0)
+    # In parts of each number's largest, which may be that of a picofarad or of a count of 64 bits.
+    largest = np.where(known, np.abs(values), 0.0).max(axis=0)
+    unit = np.where(largest > 0, largest, 1.0)
+    parts = np.where(known, values, 0.0) / unit
+    mean = parts.sum(axis=0) / count
+    spread = np.sqrt(np.where(known, (parts - mean) ** 2, 0.0).sum(axis=0) / count)
+    shift, scale = mean * unit, np.where(spread > _CONSTANT, spread * unit, 1.0)
     metric = Metric(names, shift, scale, np.eye(len(names)))
-    rest, free, _ = _within(metric, values, owner, log_size)
+    rest, free = _within(metric, values, owner, log_size)
     covariance = rest.T @ rest / free
-    # Few examples of many numbers make directions look narrow that are not.
-    shrink *= 1 + len(names) / free
-    return Metric(names, shift, scale, covariance + shrink * np.eye(len(names)))
+    added = shrinkage(len(names), owner, log_size) if shrink is None else shrink
+    return Metric(names, shift, scale, covariance + added * np.eye(len(names)))
 
 
-def own_scatter(metric: Metric, values: Floats, owner: NDArray[np.int64], log_size: Floats | None = None) -> Floats:
-    """Return what each example brings into the covariance of a metric that was fitted to it and others.
+def shrinkage(numbers: int, owner: NDArray[np.int64], log_size: Floats | None = None) -> float:
+    """Return the share of the total variance that is added to each of so many numbers' own.
+
+    Few examples of many numbers make directions look narrow that are not.
 
     Parameters
     ----------
-    metric : Metric
-        As `fit_metric` made it of the other arguments.
-
-    Returns
-    -------
-    ndarray of shape (n, d)
-        Whitened: without an example whose row is u, the covariance of whitened numbers is that of all, the unit matrix,
-        less the product of u with itself.
+    numbers : int
+    owner : ndarray of shape (n,), int
+        Which object each example is of.
+    log_size : ndarray of shape (n,), optional
+        As for `fit_metric`.
     """
-    rest, free, left = _within(metric, values, owner, log_size)
-    # An example that alone tells where its object lies scatters about nothing.
-    alone = np.divide(1.0, left, out=np.zeros_like(left), where=left > _ALONE)
-    out: Floats = (rest * np.sqrt(alone / free)[:, None]) @ metric.whitening
-    return out
+    told = sum(_basis(owner == k, log_size).shape[1] for k in np.unique(owner))
+    return float(_SHRINK * (1 + numbers / max(len(owner) - told, 1)))
 
 
-def _within(
-    metric: Metric, values: Floats, owner: NDArray[np.int64], log_size: Floats | None
-) -> tuple[Floats, int, Floats]:
-    """Return the rests of examples in their object, how many of them are free, and the share that each has left.
-
-    That is what is left of an example's distance from where the others of its object say that it should lie.
-    """
+def _within(metric: Metric, values: Floats, owner: NDArray[np.int64], log_size: Floats | None) -> tuple[Floats, int]:
+    """Return the rests of examples in their object, and how many of them are free."""
     units = np.nan_to_num(metric.standardized(values), nan=0.0, posinf=0.0, neginf=0.0)
-    rest, left, free = np.zeros_like(units), np.ones(len(units)), len(units)
+    rest, free = np.zeros_like(units), len(units)
     for k in np.unique(owner):
         rows = owner == k
-        basis = np.ones((int(rows.sum()), 1))
-        # Of sizes of which one is NaN the range is NaN too.
-        if log_size is not None and len(basis) > _FEW and np.ptp(log_size[rows]) > _ONE_SIZE:
-            basis = np.vander(log_size[rows], 3)
+        basis = _basis(rows, log_size)
         rest[rows] = units[rows] - basis @ np.linalg.lstsq(basis, units[rows], rcond=None)[0]
-        left[rows] -= (basis * np.linalg.pinv(basis).T).sum(axis=1)
         free -= basis.shape[1]
-    return rest, max(free, 1), left
+    return rest, max(free, 1)
+
+
+def _basis(rows: NDArray[np.bool_], log_size: Floats | None) -> Floats:
+    """Return what an object's numbers are told by: their mean, or a curve over its examples' sizes."""
+    n = int(rows.sum())
+    # Of sizes of which one is NaN the range is NaN too.
+    if log_size is not None and n > _FEW and np.ptp(log_size[rows]) > _ONE_SIZE:
+        return np.asarray(np.vander(log_size[rows], 3))
+    return np.ones((n, 1))

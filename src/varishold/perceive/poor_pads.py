@@ -18,8 +18,9 @@ from scipy.spatial import cKDTree
 from varishold.errors import InputError, require
 from varishold.files import open_archive
 from varishold.perceive.evidence import form_values, pad_values
+from varishold.perceive.left_out import metrics_without
 from varishold.perceive.library import Library
-from varishold.perceive.metric import Metric, fit_metric, own_scatter
+from varishold.perceive.metric import Metric, fit_metric
 from varishold.perceive.touch_model import TouchModel, with_scores
 from varishold.skin import Skin, Taxels
 from varishold.touch import feel_surface
@@ -123,11 +124,10 @@ def _changed(
     metric = _scattering_more(model, values[rows], library, rows)
     # Conformity and power are told anew; the kernel stays. Of what is felt now its scatter was learned, if anything.
     changed = replace(model, metric=metric, values=values, others=others, optimism=None)
-    own = None
+    judged = None
     if model.optimism is None:
-        own = np.zeros_like(values)
-        own[rows] = own_scatter(metric, values[rows], library.kind[rows], library.log_size[rows])
-    return with_scores(changed, library.kind, own)
+        judged = metrics_without(metric, values, library.kind, library.log_size, learned_from=rows)
+    return with_scores(changed, library.kind, judged)
 
 
 def _scattering_more(model: TouchModel, values: Floats, library: Library, rows: NDArray[np.bool_]) -> Metric:

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.perceive.evidence import SIZE_PREFIX
+from varishold.perceive.left_out import metrics_without
 from varishold.perceive.likelihood import log_mean, mean_by_kind, members_of_kinds, squares_from
-from varishold.perceive.metric import fit_metric, own_scatter
+from varishold.perceive.metric import Metric, fit_metric, shrinkage
 from varishold.perceive.neighbourhood import folds_of, learn_map
 from varishold.perceive.size_model import fit_size_model
 from varishold.perceive.touch_model import TouchModel, conformities, squares_among, with_scores
@@ -60,7 +61,7 @@ def touch_model(
     is_size = np.array([name.startswith(SIZE_PREFIX) for name in names])
     shape_names = tuple(name for name, size in zip(names, is_size, strict=True) if not size)
     values, size_values = table[:, ~is_size], table[:, is_size]
-    made = np.isfinite(values).any(axis=1)
+    made: NDArray[np.bool_] = np.asarray(np.isfinite(values).any(axis=1), dtype=np.bool_)
     if usual is not None and (made & usual).any() and not _do_for_a_metric(owner[made], owner):
         made = made & usual
     metric = fit_metric(shape_names, values[made], owner[made], log_size[made])
@@ -83,21 +84,25 @@ def touch_model(
         cost=cost,
         seconds=seconds,
     )
-    own = np.zeros_like(values)
-    own[made] = own_scatter(metric, values[made], owner[made], log_size[made])
+    judged = list(metrics_without(metric, values, owner, log_size, learned_from=made))
     of = np.arange(int(owner.max()) + 1) if object_of_kind is None else object_of_kind
-    plain = _choose_kernel(model, owner, own)
+    plain = _choose_kernel(model, owner, judged)
     learned = _with_learned_metric(plain, owner, of, log_size)
-    return with_scores(learned, owner, own if learned is plain else None)
+    return with_scores(learned, owner, judged if learned is plain else None)
 
 
-def _choose_kernel(model: TouchModel, owner: NDArray[np.int64], own: Floats) -> TouchModel:
+def _choose_kernel(
+    model: TouchModel, owner: NDArray[np.int64], judged: Sequence[tuple[NDArray[np.int64], Metric]]
+) -> TouchModel:
     """Choose the kernel by the probability that examples give to their own object when they are left out.
 
-    `own`: what each brings into the metric, which is left out too.
+    `judged`: examples, and the metric without them.
     """
-    rows = np.sort(np.random.default_rng(0).permutation(np.flatnonzero(model.made))[:_MOST_CHOOSERS])
-    return _best_kernel(model, owner, [(rows, squares_among(model, rows, own))], product(_WIDTHS, _FALLS))[0]
+    chosen = np.zeros(len(owner), dtype=np.bool_)
+    chosen[np.random.default_rng(0).permutation(np.flatnonzero(model.made))[:_MOST_CHOOSERS]] = True
+    lots = [(rows[chosen[rows]], metric) for rows, metric in judged]
+    squares = [(rows, squares_among(replace(model, metric=metric), rows)) for rows, metric in lots if len(rows)]
+    return _best_kernel(model, owner, squares, product(_WIDTHS, _FALLS))[0]
 
 
 def _best_kernel(
@@ -145,9 +150,11 @@ def _with_learned_metric(
     kind = np.concatenate([objects[made], np.full(len(strange), objects.max() + 1)])
     fold = folds_of(np.concatenate([owner[made], np.full(len(strange), owner.max() + 1)]), _FOLDS)
     held_out, judged, plain = [], [], []
+    # As much is added to the scatter of fewer examples as to that of all, or everything would lie nearer by it.
+    added = shrinkage(len(model.metric.names), owner[made], log_size[made])
     for k in range(_FOLDS):
         own, rest = np.flatnonzero(fold[:n] == k), made[fold[:n] != k]
-        metric = fit_metric(model.metric.names, model.values[rest], owner[rest], log_size[rest])
+        metric = fit_metric(model.metric.names, model.values[rest], owner[rest], log_size[rest], shrink=added)
         white = _whitened(replace(model, metric=metric), made, strange)
         there = white @ learn_map(white[fold != k], kind[fold != k], *kernel).astype(np.float32)
         held_out.append((own, squares_from(there, own)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Self
@@ -275,23 +276,11 @@ class TouchModel:
         return self.fall * float(np.sqrt(known / len(self.metric.names)))
 
 
-def squares_among(model: TouchModel, rows: NDArray[np.int64], own: Floats | None = None) -> Floats:
-    """Squared distances of some examples from all, shape (n_rows, n); infinite from themselves and the unmade.
-
-    With `own`, what each of all brings into the metric (`own_scatter`), one is measured by the metric without it.
-    """
+def squares_among(model: TouchModel, rows: NDArray[np.int64]) -> Floats:
+    """Squared distances of some examples from all, shape (n_rows, n); infinite from themselves and the unmade."""
     squares = squares_from(model.white, rows)
-    if own is not None:
-        squares += _without(own[rows], model.white[rows], model.white)
     squares[:, ~model.made] = np.inf
     return squares
-
-
-def _without(own: Floats, white: NDArray[np.float32], others: NDArray[np.float32]) -> Floats:
-    """Return by how much squared distances (n, m) from others grow by the metric without each example's own scatter."""
-    along = (own * white).sum(axis=1)[:, None] - own @ others.T
-    out: Floats = along**2 / (1.0 - (own**2).sum(axis=1))[:, None]
-    return out
 
 
 def _better_by(one: Floats, other: Floats) -> Floats:
@@ -300,31 +289,35 @@ def _better_by(one: Floats, other: Floats) -> Floats:
     return out
 
 
-def with_scores(model: TouchModel, owner: NDArray[np.int64], own: Floats | None = None) -> TouchModel:
-    """Tell the conformity of the examples and the power of the touch; `own` as for `squares_among`."""
-    scores = conformities(model, owner, np.arange(len(owner)), own)
+def with_scores(
+    model: TouchModel, owner: NDArray[np.int64], judged: Iterable[tuple[NDArray[np.int64], Metric]] | None = None
+) -> TouchModel:
+    """Tell the conformity of the examples and the power of the touch.
+
+    Parameters
+    ----------
+    model : TouchModel
+    owner : ndarray of shape (n,), int
+    judged : iterable of (ndarray of int, Metric), optional
+        Examples, all of them in turn, and the metric by which each lot is judged. Default: all by the model's.
+    """
+    scores = np.full(len(owner), np.nan)
+    for rows, metric in [(np.arange(len(owner)), model.metric)] if judged is None else judged:
+        scores[rows] = conformities(replace(model, metric=metric), owner, rows)
     return _with_power(replace(model, scores=scores if model.optimism is None else scores - model.optimism), owner)
 
 
-def conformities(
-    model: TouchModel, owner: NDArray[np.int64], rows: NDArray[np.int64], own: Floats | None = None
-) -> Floats:
-    """Log-likelihood of examples under the others of their object, less that under other things.
-
-    `own` as for `squares_among`.
-    """
+def conformities(model: TouchModel, owner: NDArray[np.int64], rows: NDArray[np.int64]) -> Floats:
+    """Log-likelihood of examples, in rising order, under the others of their object, less that under other things."""
     out = np.full(len(rows), np.nan)
     made = rows[model.made[rows]]
     d, strange, members = len(model.metric.names), model.white_others, members_of_kinds(owner)
     for start in range(0, len(made), _AT_ONCE):
         part = made[start : start + _AT_ONCE]
-        by_kind = mean_by_kind(model.kernel(squares_among(model, part, own), d), members)
+        by_kind = mean_by_kind(model.kernel(squares_among(model, part), d), members)
         said = by_kind[np.arange(len(part)), owner[part]]
         if len(strange):
-            squares = squared_distances(model.white[part], strange)
-            if own is not None:
-                squares += _without(own[part], model.white[part], strange)
-            said = said - log_mean(model.kernel(squares, d))
+            said = said - log_mean(model.kernel(squared_distances(model.white[part], strange), d))
         out[np.searchsorted(rows, part)] = said
     return out
 
