@@ -17,9 +17,9 @@ from varishold.sensor import Logarithmic, Sensor, Skin
 from varishold.skin import press
 from varishold.solids import Pose, Sphere, SquarePillar
 
-PITCH_M, SIDE = 2e-3, 16
+PITCH_M, SIDE = 2e-3, 12
 PAD = Points((SIDE, SIDE), (PITCH_M, PITCH_M))
-BALL_M, PLATE_M = 48e-3, 14e-3
+BALL_M, PLATE_M = 48e-3, 10e-3
 
 
 def pressed(skin: Skin, seed: int) -> list[NDArray[np.float64]]:
@@ -34,9 +34,9 @@ def pressed(skin: Skin, seed: int) -> list[NDArray[np.float64]]:
         for _ in range(6):
             pose = Pose(*rng.uniform(-reach, reach, 2), rng.uniform(0, np.pi / 2))
             found = press(
-                solid, skin, depth=rng.uniform(*depths), shape=(SIDE, SIDE), pitch_m=PITCH_M, pose=pose, per_taxel=6
+                solid, skin, depth=rng.uniform(*depths), shape=(SIDE, SIDE), pitch_m=PITCH_M, pose=pose, per_taxel=12
             )
-            frames.append(found.pressure.reshape(SIDE, 6, SIDE, 6).mean(axis=(1, 3)))
+            frames.append(found.pressure.reshape(SIDE, 12, SIDE, 12).mean(axis=(1, 3)))
         made.append(np.array(frames) / np.max(frames))
     return made
 
@@ -54,7 +54,7 @@ def test_a_ball_and_a_plate_tell_how_thick_a_cover_is_and_the_response_behind_it
     assert abs(found["a"].value - 5.0) < 3 * found["a"].error
     assert isinstance(through_a_layer.sensor.response, Logarithmic)
     # By springs alone the logarithm's a is some forty.
-    assert through_a_layer.sensor.response.a == pytest.approx(5.0, rel=0.3)
+    assert through_a_layer.sensor.response.a == pytest.approx(5.0, rel=0.5)
 
 
 def test_the_thickness_is_kept_in_the_file_and_no_skin_is_written(through_a_layer: Calibration) -> None:

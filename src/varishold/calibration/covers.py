@@ -35,8 +35,10 @@ class Round(Protocol):
 class Flat(Protocol):
     """What a flat face leaves."""
 
-    def pressure(self, u_m: Floats, v_m: Floats, depth_m: float, slope_u: float, slope_v: float) -> Floats:
-        """Return the stress at points (u, v) from its middle, which is so deep, the face sloping along u and v."""
+    def pressure(
+        self, u_m: Floats, v_m: Floats, depth_m: float, slope_u: float, slope_v: float, breadth_m: float
+    ) -> Floats:
+        """Return the mean stress over points of some breadth, (u, v) from its middle, which is so deep; 0 outside."""
 
 
 class Cover(Protocol):
@@ -69,7 +71,7 @@ class Springs:
         return _Sunk(size_m / 2)
 
     def flat(self, shape: Literal["square", "disc"], size_m: float) -> Flat:
-        return _Sloped()
+        return _Sloped(shape, size_m / 2)
 
 
 SPRINGS = Springs()
@@ -90,11 +92,20 @@ class _Sunk:
         return np.where(np.abs(distance_m) < self.radius_m, np.maximum(depth_m - gap, 0.0), 0.0)
 
 
+@dataclass(frozen=True)
 class _Sloped:
-    """How deep a flat face is below the pad."""
+    """How deep a flat face is below the pad; its edge rises over a point's breadth, so that it moves smoothly."""
 
-    def pressure(self, u_m: Floats, v_m: Floats, depth_m: float, slope_u: float, slope_v: float) -> Floats:
-        return np.maximum(depth_m + slope_u * u_m + slope_v * v_m, 0.0)
+    shape: Literal["square", "disc"]
+    half_m: float
+
+    def pressure(
+        self, u_m: Floats, v_m: Floats, depth_m: float, slope_u: float, slope_v: float, breadth_m: float
+    ) -> Floats:
+        away = np.hypot(u_m, v_m) if self.shape == "disc" else np.maximum(np.abs(u_m), np.abs(v_m))
+        inside = np.clip((self.half_m - away) / breadth_m + 0.5, 0.0, 1.0)
+        depth: Floats = inside * np.maximum(depth_m + slope_u * u_m + slope_v * v_m, 0.0)
+        return depth
 
 
 @dataclass(frozen=True)

@@ -43,6 +43,8 @@ WELL = 1.5
 _DEAD_WORTH = 0.9
 # The logarithm of a response's constant is off by so much where faces are looked at by points.
 _BY_POINTS = 0.008
+# Under a layer by so much more: what an edge leaves there is known to two hundredths.
+_BY_TABLES = 0.15
 # The first constant of a fit, before those of the response: logarithm of full scale beside depth.
 _SCALE = 0
 #: The second and the third: dead band, blur squared.
@@ -275,7 +277,7 @@ def _errors_of(family: Family, given: Observations, fit: Fit, *, dead: bool) -> 
     alike = np.sqrt(len(fit.places)) if _typical(fit) > WELL else 1.0
     repeated = np.maximum(np.abs(first.constants - second.constants) / 2, fit.error)
     errors: Floats = np.maximum(alike * repeated, fit.press_error)
-    errors[3:] = np.hypot(errors[3:], _BY_POINTS)
+    errors[3:] = np.hypot(errors[3:], _BY_POINTS if given.points.cover == SPRINGS else _BY_TABLES)
     return errors
 
 

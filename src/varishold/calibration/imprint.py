@@ -22,8 +22,6 @@ Guess = tuple[list[float], list[float]]
 #: Points along a taxel's side at which the stress is looked at. With half as many what an edge leaves on a taxel is so
 #: coarse that a power of .6 is found as .616.
 PER_TAXEL = 8
-# A plate's edge rises over this share of a point's spacing, so that it moves smoothly.
-_EDGE = 1.0
 # A ball or roller is guessed to be pressed in by this part of its diameter at most.
 _DEEPEST = 0.4
 
@@ -218,30 +216,24 @@ def _roller(size_m: float, at: Floats, pad: Points) -> Floats:
 
 
 def _plate(size_m: float, at: Floats, pad: Points) -> Floats:
-    face, (cx, cy, yaw, *depth) = pad.cover.flat("square", size_m), at.tolist()
+    face, (cx, cy, yaw, depth, along_u, along_v) = pad.cover.flat("square", size_m), at.tolist()
 
     def made(x: Floats, y: Floats) -> Floats:
         u = np.cos(yaw) * (x - cx) + np.sin(yaw) * (y - cy)
         v = np.cos(yaw) * (y - cy) - np.sin(yaw) * (x - cx)
-        return _inside(size_m, np.maximum(np.abs(u), np.abs(v)), pad) * face.pressure(u, v, *depth)
+        return face.pressure(u, v, depth, along_u, along_v, pad.spacing_m)
 
     return pad.stress(made, (cx, cy, size_m * np.sqrt(0.5) + 2 * pad.spacing_m))
 
 
 def _disc(size_m: float, at: Floats, pad: Points) -> Floats:
-    face, (cx, cy, *depth) = pad.cover.flat("disc", size_m), at.tolist()
+    face, (cx, cy, depth, along_u, along_v) = pad.cover.flat("disc", size_m), at.tolist()
 
     def made(x: Floats, y: Floats) -> Floats:
         u, v = np.broadcast_arrays(x - cx, y - cy)
-        return _inside(size_m, np.hypot(u, v), pad) * face.pressure(u, v, *depth)
+        return face.pressure(u, v, depth, along_u, along_v, pad.spacing_m)
 
     return pad.stress(made, (cx, cy, size_m / 2 + 2 * pad.spacing_m))
-
-
-def _inside(size_m: float, distance_m: Floats, pad: Points) -> Floats:
-    """Return how much of each point lies inside a face whose edge is so far from its middle."""
-    inside: Floats = np.clip((size_m / 2 - distance_m) / (_EDGE * pad.spacing_m) + 0.5, 0.0, 1.0)
-    return inside
 
 
 def _guess_ball(size_m: float, left: Print) -> Guess:

@@ -58,7 +58,8 @@ def likeliest_layer(given: Observations, family: Family) -> Elastic | None:
         The response behind it.
     """
     coarse = dataclasses.replace(given, points=dataclasses.replace(given.points, per_taxel=_COARSE))
-    springs = fitted(family, coarse, dead=False, enough=_ENOUGH)
+    # A dead band is one constant more, as a thickness is.
+    springs = fitted(family, coarse, enough=_ENOUGH)
     fits: dict[float, Fit] = {}
 
     def left(step: float) -> float:

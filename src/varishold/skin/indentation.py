@@ -112,25 +112,45 @@ def _spline(depths: bytes, values: bytes) -> CubicSpline:
 class FlatFace:
     """What a flat face leaves that is pressed by a metre, and sloped by a metre a metre.
 
+    Pressure rises to infinity at the edge, as one over the root of the distance; kept is the part that does not.
+
     Parameters
     ----------
     half_m : float
         Half the face's breadth.
+    shape : str
+        "square" or "disc".
     level, sloped : ndarray of shape (n, n), float64
-        Pressure on cells all over the face's square, of a depth of 1 and of a slope of 1 along the columns.
+        Pressure over what rises, on cells all over the face's square, of a depth of 1 and of a slope of 1 along the
+        columns.
     """
 
     half_m: float
+    shape: Literal["square", "disc"]
     level: Floats
     sloped: Floats
 
-    def pressure(self, u_m: Floats, v_m: Floats, depth_m: float, slope_u: float, slope_v: float) -> Floats:
-        """Return the pressure at points (u, v) from the middle of the face, as far as it goes on beyond the face."""
+    def pressure(
+        self, u_m: Floats, v_m: Floats, depth_m: float, slope_u: float, slope_v: float, breadth_m: float
+    ) -> Floats:
+        """Return the mean pressure over points of some breadth, (u, v) from the middle of the face; 0 outside."""
         n = len(self.level)
-        u, v = ((np.clip(each / self.half_m, -1, 1) + 1) / 2 * n - 0.5 for each in (u_m, v_m))
+        u, v = u_m / self.half_m, v_m / self.half_m
         table = depth_m * self.level + slope_u * self.sloped + slope_v * self.sloped.T
-        total = map_coordinates(table, np.broadcast_arrays(v, u), order=1, mode="nearest")
-        return np.maximum(total, 0.0)
+        at = [(np.clip(each, -1, 1) + 1) / 2 * n - 0.5 for each in np.broadcast_arrays(v, u)]
+        smooth = map_coordinates(table, at, order=1, mode="nearest")
+        return np.maximum(smooth, 0.0) * _rise(self.shape, u, v, breadth_m / self.half_m)
+
+
+def _rise(shape: str, u: Floats, v: Floats, breadth: float) -> Floats:
+    """Return the mean of 1 / sqrt(1 - s^2), s towards each edge of a face of half a breadth of 1; 0 outside."""
+
+    def mean(s: Floats) -> Floats:
+        ends = (np.arcsin(np.clip(s + way * breadth / 2, -1, 1)) for way in (-1, 1))
+        low, high = ends
+        return (high - low) / breadth
+
+    return mean(np.hypot(u, v)) if shape == "disc" else mean(u) * mean(v)
 
 
 @lru_cache(maxsize=32)
@@ -190,12 +210,13 @@ def flat_on_layer(layer: Layer, breadth_m: float, shape: Literal["square", "disc
     forward = LinearOperator((number, number), matvec=lambda p: spread(p, "displacement"), dtype=np.float64)
     inverse = LinearOperator((number, number), matvec=lambda w: spread(w, "inverse"), dtype=np.float64)
     nearest = distance_transform_edt(~inside, return_distances=False, return_indices=True)
+    rise = _rise(shape, 2 * x / breadth_m, 2 * y / breadth_m, 2 / _CELLS)
     tables = []
     for depth in (np.ones(x.shape), x):
         pressure = np.zeros(x.shape)
         pressure[inside] = cg(forward, depth[inside], rtol=1e-5, maxiter=500, M=inverse)[0]
-        tables.append(pressure[tuple(nearest)])
-    return FlatFace(breadth_m / 2, *tables)
+        tables.append((pressure / np.where(inside, rise, 1.0))[tuple(nearest)])
+    return FlatFace(breadth_m / 2, shape, *tables)
 
 
 def _round_face(compliance: Callable[[Floats, Floats], Floats], radius_m: float, reach_m: float) -> RoundFace:
