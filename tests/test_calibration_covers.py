@@ -103,7 +103,9 @@ def test_a_sensor_whose_skin_is_known_is_fitted_through_it() -> None:
     frames = pressed(skin, 5)
     recordings = [pressed_recording(1000 * each, 8.0) for each in frames]
     things = [KnownObject("ball", BALL_M), KnownObject("plate", PLATE_M)]
-    found = calibrate_objects(recordings, things, sensor=Sensor(cover=skin, gains=np.ones((SIDE, SIDE))))
+    known, said = Sensor(cover=skin, gains=np.ones((SIDE, SIDE))), list[dict[str, int]]()
+    found = calibrate_objects(recordings, things, sensor=known, tick=lambda **step: said.append(step))
+    assert [step["total"] for step in said if "total" in step] == [sum(step.get("advance", 0) for step in said)]
     assert found.sensor.cover == skin
     assert {each.name for each in found.findings} == {"blur_taxels"}
     assert any("response is linear" in note for note in found.notes)

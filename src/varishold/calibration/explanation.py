@@ -183,15 +183,20 @@ def families_of(given: Observations) -> tuple[Family, ...]:
     return FAMILIES if any(one.object.curved for one in given.observed) else FAMILIES[:1]
 
 
-def explain(of: Mapping[Hypothesis, Observations]) -> tuple[Explanation, dict[str, float]]:
+def explain(of: Mapping[Hypothesis, Observations], tick: Callable[..., None]) -> tuple[Explanation, dict[str, float]]:
     """Return what explains presses best, and how badly each hypothesis explains those that it was not fitted to.
 
     Parameters
     ----------
     of : mapping of Hypothesis to Observations
         The presses under each cover to be tried, with the gains that they make behind each response.
+    tick : callable
+        Called with ``advance=1`` after each, and after the best is fitted.
     """
-    tried = {each: _held_out(each.family, given) for each, given in of.items()}
+    tried = {}
+    for each, given in of.items():
+        tried[each] = _held_out(each.family, given)
+        tick(advance=1)
     chosen: Hypothesis | None = None
     for number in sorted({each.constants for each in of}):
         likeliest = min((each for each in of if each.constants == number), key=tried.__getitem__)
@@ -200,6 +205,7 @@ def explain(of: Mapping[Hypothesis, Observations]) -> tuple[Explanation, dict[st
     assert chosen is not None
     fit, dead = best_fit(chosen.family, of[chosen])
     error = _errors_of(chosen.family, of[chosen], fit, dead=dead)
+    tick(advance=1)
     return Explanation(chosen, fit, error, dead), {each.name: cost for each, cost in tried.items()}
 
 

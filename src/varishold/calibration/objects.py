@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -66,12 +66,17 @@ _COMPARED, _FEWEST_COMPARED = 0.3, 2
 _CURVE_BINS, _FEWEST_IN_BIN = 24, 5
 
 
+def _silent(**_: int) -> None:
+    pass
+
+
 def calibrate_objects(
     recordings: Sequence[Recording],
     objects: Sequence[KnownObject],
     *,
     sensor: Sensor | None = None,
     pad: str | None = None,
+    tick: Callable[..., None] = _silent,
 ) -> Calibration:
     """Find response, dead band, blur and gains from presses of objects of known form and size.
 
@@ -91,6 +96,8 @@ def calibrate_objects(
         are put behind the one that is found.
     pad : str, optional
         Which pad of the recordings.
+    tick : callable, optional
+        Called with ``total``, how many steps there are, and with ``advance`` after some; it takes a minute at most.
 
     Returns
     -------
@@ -130,8 +137,8 @@ def calibrate_objects(
     )
     observed = [_observed(found, k, each[int(found.recording[k])], points) for k in range(found.n)]
     given = Observations(base, observed, points, found.usable, known_readings(known))
-    tried = {each.hypothesis: each for each in _attempts(given, known)}
-    explanation, costs = explain({hypothesis: each.given for hypothesis, each in tried.items()})
+    tried = {each.hypothesis: each for each in _attempts(given, known, tick)}
+    explanation, costs = explain({hypothesis: each.given for hypothesis, each in tried.items()}, tick)
     best, thickness = tried[explanation.hypothesis], None
     _check_explained(explanation.fit, observed, found)
     if known.cover is None and has_floor(best.hypothesis.cover):
@@ -148,14 +155,20 @@ class _Attempt(NamedTuple):
     gains: ObjectGains | None
 
 
-def _attempts(given: Observations, known: Sensor) -> Iterator[_Attempt]:
+def _attempts(given: Observations, known: Sensor, tick: Callable[..., None]) -> Iterator[_Attempt]:
     """Yield what may explain presses: gains that were found behind one response hide that it is another."""
-    for family in families_of(given):
+    families, layers = families_of(given), known.cover is None and tells_thickness(given)
+    # Each is made, and judged by presses that it was not fitted to; the best is fitted once more.
+    tick(total=2 * len(families) * (1 + layers) + 1)
+    for family in families:
         plain = _with_gains(given, family, known)
+        tick(advance=1)
         yield plain
-        layer = likeliest_layer(plain.given, family) if known.cover is None and tells_thickness(given) else None
+        layer = likeliest_layer(plain.given, family) if layers else None
         if layer is not None:
             yield _with_gains(given.under(layer), family, known)
+        if layers:
+            tick(advance=1 if layer is not None else 2)
 
 
 def _with_gains(given: Observations, family: Family, known: Sensor) -> _Attempt:

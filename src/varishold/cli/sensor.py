@@ -11,6 +11,7 @@ from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
 from varishold.cli.options import PitchM, Shape
 from varishold.cli.printing import echo
+from varishold.cli.progress import progress_bar
 
 if TYPE_CHECKING:
     from varishold.calibration import Calibration
@@ -183,7 +184,9 @@ def _calibrated(
     if kind == Pressed.even:
         return calibrate_even(recordings, sensor=base, pressure_pa=_numbers("--pressure-pa", pressure_pa), pad=pad)
     if kind == Pressed.objects:
-        return calibrate_objects(recordings, [known_object(text) for text in known], sensor=base, pad=pad)
+        things = [known_object(text) for text in known]
+        with progress_bar("fitting the presses") as tick:
+            return calibrate_objects(recordings, things, sensor=base, pad=pad, tick=tick)
     if kind == Pressed.scale:
         return calibrate_scale(recordings, sensor=base, force_n=_numbers("--force-n", force_n), pad=pad)
     return calibrate_unlabelled(recordings, sensor=base, pad=pad)
