@@ -53,7 +53,7 @@ class KnownObject:
 
     def stress(self, at: Floats, pad: Points) -> Floats:
         """Return the mean stress in each taxel, shape (rows, cols): on springs the depth of the face, metres."""
-        return OBJECTS[self.kind].stress(self.size_m, at, pad)
+        return OBJECTS[self.kind].stress(self.size_m, at[: len(self.parameters)], pad)
 
     def guess(self, left: Print) -> Guess:
         """Return what a press may have been, by its parameters, and how far each may well move."""
@@ -196,13 +196,13 @@ class Print:
 
 
 def _ball(size_m: float, at: Floats, pad: Points) -> Floats:
-    face, (cx, cy, depth) = pad.cover.ball(size_m), at.tolist()
+    face, (cx, cy, depth) = pad.cover.round("ball", size_m), at.tolist()
     reach = float(face.reach_m(depth))
     return pad.stress(lambda x, y: face.pressure(np.sqrt((x - cx) ** 2 + (y - cy) ** 2), depth), (cx, cy, reach))
 
 
 def _roller(size_m: float, at: Floats, pad: Points) -> Floats:
-    face, (off, yaw, depth, slope) = pad.cover.roller(size_m), at.tolist()
+    face, (off, yaw, depth, slope) = pad.cover.round("roller", size_m), at.tolist()
 
     def made(x: Floats, y: Floats) -> Floats:
         across = -np.sin(yaw) * x + np.cos(yaw) * y - off
