@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from benchmarks._figures import share
 from benchmarks.touch_calibration import recorded
 from benchmarks.touch_distortions import answer_of
-from varishold.calibration import KnownObject, calibrate_objects, objects
+from varishold.calibration import Calibration, KnownObject, calibrate_objects, objects
 from varishold.errors import InputError
 from varishold.evaluation.yardstick.forms import KINDS, Change, draw_face
 from varishold.sensor import Logarithmic, Sensor, Skin
@@ -101,7 +101,7 @@ def main(argv: Sequence[str] = ()) -> None:
         _row(name, "curve known", right(readings, kinds, Sensor(span=1.0, response=Logarithmic(5.0))))
         found = calibrate_objects(recordings, things)
         _row(name, "ball and plate", right(readings, kinds, found.sensor))
-        print("  " + "; ".join(f"{each.name} {each.value:.3g} ± {each.error:.1g}" for each in found.findings))
+        _told(found)
         with mock.patch.object(objects, "tells_thickness", return_value=False):
             try:
                 plain = calibrate_objects(recordings, things)
@@ -109,11 +109,15 @@ def main(argv: Sequence[str] = ()) -> None:
                 print(f"  on springs: refused, {error}")
                 continue
         _row(name, "on springs", right(readings, kinds, plain.sensor))
-        print("  " + "; ".join(f"{each.name} {each.value:.3g} ± {each.error:.1g}" for each in plain.findings))
+        _told(plain)
 
 
 def _row(of: str, name: str, right_names: float) -> None:
     print(f"  {of:12} {name:16} {share(f'{of}, {name}: right name', right_names, '5.1f')}", flush=True)
+
+
+def _told(found: Calibration) -> None:
+    print("  " + "; ".join(f"{each.name} {each.value:.3g} ± {each.error:.1g}" for each in found.findings))
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.sensor import Skin
-from varishold.skin.indentation import ball_on_layer, flat_on_layer, roller_on_layer
+from varishold.skin.indentation import flat_on_layer, round_on_layer
 from varishold.skin.media import Layer
 
 __all__ = ["SPRINGS", "Cover", "Elastic", "Springs", "cover_of"]
@@ -44,17 +44,8 @@ class Flat(Protocol):
 class Cover(Protocol):
     """How an object's face becomes stress, in units that are the same for all presses."""
 
-    def __eq__(self, other: object) -> bool:
-        """Covers are small frozen values."""
-
-    def __hash__(self) -> int:
-        """Covers are small frozen values."""
-
-    def ball(self, size_m: float) -> Round:
-        """Return what a ball of that diameter leaves."""
-
-    def roller(self, size_m: float) -> Round:
-        """Return what a roller of that diameter leaves."""
+    def round(self, shape: Literal["ball", "roller"], size_m: float) -> Round:
+        """Return what a ball or a roller of that diameter leaves."""
 
     def flat(self, shape: Literal["square", "disc"], size_m: float) -> Flat:
         """Return what a flat face of that breadth leaves."""
@@ -64,10 +55,7 @@ class Cover(Protocol):
 class Springs:
     """Stress is the depth of the face, each place for itself."""
 
-    def ball(self, size_m: float) -> Round:
-        return _Sunk(size_m / 2)
-
-    def roller(self, size_m: float) -> Round:
+    def round(self, shape: Literal["ball", "roller"], size_m: float) -> Round:
         return _Sunk(size_m / 2)
 
     def flat(self, shape: Literal["square", "disc"], size_m: float) -> Flat:
@@ -124,11 +112,8 @@ class Elastic:
     poisson: float
     pad_m: float
 
-    def ball(self, size_m: float) -> Round:
-        return ball_on_layer(self._layer, size_m / 2, self._reach(size_m))
-
-    def roller(self, size_m: float) -> Round:
-        return roller_on_layer(self._layer, size_m / 2, self._reach(size_m))
+    def round(self, shape: Literal["ball", "roller"], size_m: float) -> Round:
+        return round_on_layer(self._layer, size_m / 2, min(_WIDEST * size_m / 2, self.pad_m), shape)
 
     def flat(self, shape: Literal["square", "disc"], size_m: float) -> Flat:
         return flat_on_layer(self._layer, size_m, shape)
@@ -136,9 +121,6 @@ class Elastic:
     @property
     def _layer(self) -> Layer:
         return Layer(self.thickness_m, self.poisson)
-
-    def _reach(self, size_m: float) -> float:
-        return min(_WIDEST * size_m / 2, self.pad_m)
 
 
 def cover_of(skin: Skin, pad_m: float) -> Cover:

@@ -183,7 +183,7 @@ def families_of(given: Observations) -> tuple[Family, ...]:
     return FAMILIES if any(one.object.curved for one in given.observed) else FAMILIES[:1]
 
 
-def explain(of: Mapping[Hypothesis, Observations], tick: Callable[..., None]) -> tuple[Explanation, dict[str, float]]:
+def explain(of: Mapping[Hypothesis, Observations], tick: Callable[..., object]) -> tuple[Explanation, dict[str, float]]:
     """Return what explains presses best, and how badly each hypothesis explains those that it was not fitted to.
 
     Parameters
@@ -197,12 +197,11 @@ def explain(of: Mapping[Hypothesis, Observations], tick: Callable[..., None]) ->
     for each, given in of.items():
         tried[each] = _held_out(each.family, given)
         tick(advance=1)
-    chosen: Hypothesis | None = None
-    for number in sorted({each.constants for each in of}):
-        likeliest = min((each for each in of if each.constants == number), key=tried.__getitem__)
-        if chosen is None or tried[likeliest] < _WORTH * tried[chosen]:
-            chosen = likeliest
-    assert chosen is not None
+    numbers = sorted({each.constants for each in of})
+    chosen, *larger = (min((each for each in of if each.constants == n), key=tried.__getitem__) for n in numbers)
+    for each in larger:
+        if tried[each] < _WORTH * tried[chosen]:
+            chosen = each
     fit, dead = best_fit(chosen.family, of[chosen])
     error = _errors_of(chosen.family, of[chosen], fit, dead=dead)
     tick(advance=1)

@@ -10,11 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold._counted import counted
-from varishold.calibration.agreement import LEAST_SPREAD, hardly_pressed
-from varishold.calibration.covers import SPRINGS, cover_of
+from varishold.calibration.covers import cover_of
 from varishold.calibration.explanation import (
-    BLUR,
-    DEAD,
     Explanation,
     Family,
     Hypothesis,
@@ -25,12 +22,12 @@ from varishold.calibration.explanation import (
 from varishold.calibration.gains_behind import GAIN_READINGS, known_readings
 from varishold.calibration.gains_of_objects import ObjectGains, gains_of_objects
 from varishold.calibration.imprint import KnownObject, Points, Print
+from varishold.calibration.objects_told import findings_of, gain_notes_of, notes_of, unknown_of
 from varishold.calibration.press_fit import Fit, Observed
 from varishold.calibration.readings import Presses, presses_of
-from varishold.calibration.result import Calibration, Curve, Finding
+from varishold.calibration.result import Calibration, Curve
 from varishold.calibration.silent import marked_broken, pressed_around, silent_taxels
 from varishold.calibration.thickness import (
-    POISSON,
     Thickness,
     has_floor,
     likeliest_layer,
@@ -66,17 +63,13 @@ _COMPARED, _FEWEST_COMPARED = 0.3, 2
 _CURVE_BINS, _FEWEST_IN_BIN = 24, 5
 
 
-def _silent(**_: int) -> None:
-    pass
-
-
 def calibrate_objects(
     recordings: Sequence[Recording],
     objects: Sequence[KnownObject],
     *,
     sensor: Sensor | None = None,
     pad: str | None = None,
-    tick: Callable[..., None] = _silent,
+    tick: Callable[..., object] = lambda **_: None,
 ) -> Calibration:
     """Find response, dead band, blur and gains from presses of objects of known form and size.
 
@@ -155,7 +148,7 @@ class _Attempt(NamedTuple):
     gains: ObjectGains | None
 
 
-def _attempts(given: Observations, known: Sensor, tick: Callable[..., None]) -> Iterator[_Attempt]:
+def _attempts(given: Observations, known: Sensor, tick: Callable[..., object]) -> Iterator[_Attempt]:
     """Yield what may explain presses: gains that were found behind one response hide that it is another."""
     families, layers = families_of(given), known.cover is None and tells_thickness(given)
     # Each is made, and judged by presses that it was not fitted to; the best is fitted once more.
@@ -278,21 +271,13 @@ def _outcome(
         kind="objects",
         sensor=made,
         presses=found.n,
-        findings=(
-            *_findings(explanation),
-            *([] if thickness is None else [_thickness_finding(thickness)]),
-            *([] if even is None else [_gain_finding(even)]),
-        ),
-        unknown=(
-            *_unknown(explanation, curved=len(tried) > 1, has_gains=measured.gains is not None),
-            _cover_unknown(known, given),
-        ),
+        findings=findings_of(explanation, thickness, even),
+        unknown=unknown_of(known, given, explanation, curved=len(tried) > 1, has_gains=measured.gains is not None),
         notes=(
             *found.notes,
-            *_notes(explanation, tried),
-            *([] if known.cover is not None else _cover_notes(explanation.hypothesis)),
+            *notes_of(known, explanation, tried),
             *marked_broken(broken),
-            *_gain_notes(known, given, explanation, gains),
+            *gain_notes_of(known, given, explanation, gains),
         ),
         before=frames.max(axis=0) / frames.max() if even is None else _beside(frames, _without(even, measured, fit)),
         after=_beside(frames, fit.predicted),
@@ -304,121 +289,6 @@ def _outcome(
     if not explanation.hypothesis.bends and given.gain_readings is not None:
         more[GAIN_READINGS] = given.gain_readings.tolist()
     return outcome.recorded(more)
-
-
-def _findings(explanation: Explanation) -> list[Finding]:
-    family, constants, error = explanation.family, explanation.constants, explanation.error
-    findings = [
-        Finding(key, float(value), float(value * error[3]), family.says)
-        for key, value in family.response(constants[3:]).entries().items()
-    ]
-    if explanation.dead:
-        findings.append(
-            Finding(
-                "dead_band", float(constants[DEAD]), float(error[DEAD]), "share of full scale that is not felt", True
-            )
-        )
-    if not explanation.well:
-        return findings
-    blur, spread = float(np.sqrt(constants[BLUR])), float(error[BLUR])
-    findings.append(
-        Finding(
-            "blur_taxels",
-            blur,
-            float(spread / max(2 * blur, np.sqrt(spread), 1e-9)),
-            "standard deviation, in taxels, of what spreads to neighbours: crosstalk and a thin cover together",
-        )
-    )
-    return findings
-
-
-def _thickness_finding(thickness: Thickness) -> Finding:
-    return Finding(
-        "thickness_m",
-        thickness.metres,
-        thickness.error,
-        f"of what covers the taxels, in metres, were its Poisson's ratio {POISSON:g}",
-    )
-
-
-def _gain_finding(gains: ObjectGains) -> Finding:
-    return Finding(
-        "gain_spread",
-        gains.agreed.spread,
-        gains.spread_error,
-        "how much the taxels' gains differ, as two halves of the presses agree; each is known to "
-        f"{100 * float(np.median(gains.error[gains.known])):.2g} %",
-        share=True,
-    )
-
-
-def _unknown(explanation: Explanation, *, curved: bool, has_gains: bool) -> list[str]:
-    unknown = []
-    if not curved:
-        unknown.append("the response: a flat face presses everywhere alike; press a ball or a roller too")
-    if not explanation.dead:
-        unknown.append("a dead band: without one these presses are explained as well, were they less deep")
-    if not explanation.well:
-        unknown.append("a blur: unequal gains, another response and another form look like one; find these first")
-    if not has_gains:
-        unknown.append(
-            "the gains: use an even pressure or unlabelled presses first, and give that sensor file (sensor)"
-        )
-    return unknown
-
-
-def _cover_unknown(known: Sensor, given: Observations) -> str:
-    """Say what is not known of the cover."""
-    if known.cover is not None:
-        return "the cover's modulus: it is taken as the sensor file says it"
-    if given.points.cover != SPRINGS:
-        return f"the cover's modulus and Poisson's ratio, which is taken as {POISSON:g}"
-    if tells_thickness(given):
-        return "the cover's thickness and modulus: springs explain these presses as well as a layer does"
-    return (
-        "the cover's thickness and modulus: a thick one presses a ball as a bent response does; press a ball or a "
-        "roller and a plate or a disc"
-    )
-
-
-def _notes(explanation: Explanation, tried: Mapping[str, float]) -> list[str]:
-    notes = []
-    if len(tried) > 1:
-        if not explanation.hypothesis.bends:
-            notes.append("the response is linear, as far as these presses tell")
-        others = ", ".join(f"{name} {cost:.2f}" for name, cost in tried.items())
-        notes.append(f"presses left out of the fit are explained to so many sigmas: {others}")
-    if not explanation.well:
-        notes.append(
-            f"the fit leaves {explanation.typical:.2g} times what noise and a hundredth of the peak would: these "
-            "presses are not quite of such objects (is each of the form and size that was said? do the "
-            "taxels' gains differ?), and what was found may be off by more than it says"
-        )
-    return notes
-
-
-def _cover_notes(hypothesis: Hypothesis) -> list[str]:
-    if hypothesis.cover == SPRINGS:
-        return []
-    if not has_floor(hypothesis.cover):
-        return ["what covers the taxels is so thick that its floor is not felt"]
-    return ["no [skin] is written, as names are learned from what covers do; add it to fit forms through it"]
-
-
-def _gain_notes(known: Sensor, given: Observations, explanation: Explanation, gains: ObjectGains | None) -> list[str]:
-    """Say what was found of the gains and is not applied, and what this response makes of those that were there."""
-    if gains is not None and not gains.worth:
-        return [gains.refusal] if gains.agreed.spread >= LEAST_SPREAD else []
-    if gains is not None:
-        return hardly_pressed(given.usable & ~gains.known)
-    if known.gains is None or not explanation.hypothesis.bends or not isinstance(known.response, Linear):
-        return []
-    if given.gain_readings is not None:
-        return ["the gains were found from an even pressure without this response, and are now those behind it"]
-    return [
-        "if the gains were found without this response they are off by its bend: find them once more with the file "
-        "that is written here as the sensor, from the even pressure again"
-    ]
 
 
 def _without(gains: ObjectGains, measured: Sensor, fit: Fit) -> Floats:

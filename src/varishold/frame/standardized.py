@@ -92,7 +92,7 @@ def standardized_taxels(frames: Frames, usable: Mask) -> Standardized | None:
     if n_pairs < _FEWEST_PAIRS:
         return None
     scale = np.ones(usable.shape)
-    scale[usable] = np.where(noise > 0.0, 1.0 / np.where(noise > 0.0, noise, 1.0), 1.0)
+    scale[usable] = 1.0 / np.where(noise > 0.0, noise, 1.0)
     return Standardized(frames, scale, 1.0 / math.sqrt(n_pairs))
 
 

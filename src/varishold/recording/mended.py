@@ -39,17 +39,20 @@ __all__ = ["stored_without_faults", "without_faults"]
 # none would hide all else, what sticks would hide glitches, a glitch is no part of what all taxels do, and drift is
 # seen where they do nothing else.
 _FAULTS = (
-    *(wrapped_readings, silent_frames, marked_readings, standardized_taxels, scaled_frames, centred_frames),
-    *(
-        spoilt_frames,
-        sticking_taxels,
-        glitch_rule,
-        adapting_readings,
-        common_mode,
-        row_noise,
-        column_noise,
-        drifting_rest,
-    ),
+    wrapped_readings,
+    silent_frames,
+    marked_readings,
+    standardized_taxels,
+    scaled_frames,
+    centred_frames,
+    spoilt_frames,
+    sticking_taxels,
+    glitch_rule,
+    adapting_readings,
+    common_mode,
+    row_noise,
+    column_noise,
+    drifting_rest,
 )
 
 # So often presses are looked for while the rest of each taxel becomes known.

@@ -7,7 +7,6 @@ Lengths are metres, pressures units of the contact modulus E / (1 - poisson^2).
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
@@ -23,7 +22,7 @@ from scipy.special import ellipe, ellipk, j0, j1
 from varishold.skin.influence import influence_of
 from varishold.skin.media import Cells, Layer
 
-__all__ = ["FlatFace", "RoundFace", "ball_on_layer", "flat_on_layer", "roller_on_layer"]
+__all__ = ["FlatFace", "RoundFace", "flat_on_layer", "round_on_layer"]
 
 Floats = NDArray[np.float64]
 
@@ -154,33 +153,32 @@ def _rise(shape: str, u: Floats, v: Floats, breadth: float) -> Floats:
 
 
 @lru_cache(maxsize=32)
-def ball_on_layer(layer: Layer, radius_m: float, reach_m: float) -> RoundFace:
-    """Return what a ball leaves on a layer, up to a contact of that radius.
+def round_on_layer(layer: Layer, radius_m: float, reach_m: float, shape: Literal["ball", "roller"]) -> RoundFace:
+    """Return what a ball or a long roller leaves on a layer.
 
     Parameters
     ----------
     layer : Layer
     radius_m : float
-        The ball's.
-    reach_m : float
-        Radius of the widest contact, less than the ball's.
-    """
-    return _round_face(lambda edges, middle: _of_rings(layer, edges, middle), radius_m, reach_m)
-
-
-@lru_cache(maxsize=32)
-def roller_on_layer(layer: Layer, radius_m: float, reach_m: float) -> RoundFace:
-    """Return what a long roller leaves on a layer, up to a contact of half that breadth.
-
-    Parameters
-    ----------
-    layer : Layer
-    radius_m : float
-        The roller's.
+        The ball's or the roller's.
     reach_m : float
         Half the breadth of the widest contact, less than the radius.
+    shape : str
+        "ball" or "roller".
     """
-    return _round_face(lambda edges, middle: _of_strips(layer, edges[1], middle), radius_m, reach_m)
+    compliance, rows = _COMPLIANCES[shape], []
+    for reach in np.geomspace(_SMALLEST, 1.0, _CONTACTS) * reach_m:
+        edges = np.linspace(0.0, reach, _RINGS + 1)
+        middle = (edges[1:] + edges[:-1]) / 2
+        gap = radius_m - np.sqrt(radius_m**2 - middle**2)
+        level, hollow = np.linalg.solve(compliance(layer, edges, middle), np.stack([np.ones(_RINGS), gap], axis=1)).T
+        depth = _smooth_edge(level, hollow, middle, reach)
+        pressure = np.maximum(depth * level - hollow, 0.0)
+        share = np.append(np.square(pressure / pressure[0]), 0.0)
+        profile = np.interp(np.linspace(0, 1, _PROFILE), np.append(np.square(middle / reach), 1.0), share)
+        rows.append((depth, reach, pressure[0], profile))
+    depths, reaches, peak, profiles = (np.array(each) for each in zip(*rows, strict=True))
+    return RoundFace(depths, reaches, peak, profiles)
 
 
 @lru_cache(maxsize=32)
@@ -219,23 +217,6 @@ def flat_on_layer(layer: Layer, breadth_m: float, shape: Literal["square", "disc
     return FlatFace(breadth_m / 2, shape, *tables)
 
 
-def _round_face(compliance: Callable[[Floats, Floats], Floats], radius_m: float, reach_m: float) -> RoundFace:
-    """Return the tables of a body of that radius, by what each ring's or strip's pressure sinks every other one."""
-    rows = []
-    for reach in np.geomspace(_SMALLEST, 1.0, _CONTACTS) * reach_m:
-        edges = np.linspace(0.0, reach, _RINGS + 1)
-        middle = (edges[1:] + edges[:-1]) / 2
-        gap = radius_m - np.sqrt(radius_m**2 - middle**2)
-        level, hollow = np.linalg.solve(compliance(edges, middle), np.stack([np.ones(_RINGS), gap], axis=1)).T
-        depth = _smooth_edge(level, hollow, middle, reach)
-        pressure = np.maximum(depth * level - hollow, 0.0)
-        share = np.append(np.square(pressure / pressure[0]), 0.0)
-        profile = np.interp(np.linspace(0, 1, _PROFILE), np.append(np.square(middle / reach), 1.0), share)
-        rows.append((depth, reach, pressure[0], profile))
-    depths, reaches, peak, profiles = (np.array(each) for each in zip(*rows, strict=True))
-    return RoundFace(depths, reaches, peak, profiles)
-
-
 def _smooth_edge(level: Floats, hollow: Floats, middle: Floats, edge: float) -> float:
     """Return the depth at which pressure falls to nothing at the edge as a square root, and rises nowhere to infinity.
 
@@ -265,15 +246,18 @@ def _of_disc(r: Floats, a: Floats) -> Floats:
     return np.asarray(4 / np.pi * np.where(r < a, within, beyond))
 
 
-def _of_strips(layer: Layer, breadth_m: float, middle: Floats) -> Floats:
+def _of_strips(layer: Layer, edges: Floats, middle: Floats) -> Floats:
     """Return the displacement at each strip's middle under a unit pressure on it and on its twin beyond the middle."""
-    n = middle.size
+    n, breadth_m = middle.size, edges[1]
     k, weight = _nodes(2 * np.pi * _PERIODS / breadth_m, 2 * middle[-1])
     spectrum = 2 / np.pi * layer.compliance(k) * np.sin(k * breadth_m / 2) / k * weight
-    away = np.concatenate([np.cos(k * (j * breadth_m)) @ spectrum for j in range(2 * n)], axis=None)
+    away = np.array([np.cos(k * (j * breadth_m)) @ spectrum for j in range(2 * n)])
     # Strip j lies (j + 1/2) breadths from the middle, its twin as far on the other side.
     twins = away[np.add.outer(np.arange(n), np.arange(n)) + 1]
     return np.asarray(toeplitz(away[:n]) + twins)
+
+
+_COMPLIANCES = {"ball": _of_rings, "roller": _of_strips}
 
 
 def _nodes(top: float, longest_m: float) -> tuple[Floats, Floats]:
