@@ -175,3 +175,13 @@ def test_fitting_needs_pitch_and_skin() -> None:
     answer = next(recognize_recording(recording, skin=LAYER, exact=True))
     assert answer.surface.name == "sphere"
     assert answer.to_dict()["reasons"][0].startswith("fitted through the skin as sphere")
+
+
+def test_what_no_form_fits_well_stays_what_the_taxels_say() -> None:
+    """A flat face and its skin end beyond the pad, which no form knows: a bowl fits best, and badly."""
+    skin = Skin("half-space", poisson=0.45, sensing_depth_m=0.5e-3)
+    frame = sense(press(np.full((28 * 3, 28 * 3), 2e-3), skin, depth=1e-3, shape=(28, 28), pitch_m=1e-3, per_taxel=3))
+    seen = frame[6:-6, 6:-6] + np.random.default_rng(3).normal(0, 0.02 * frame.max(), (16, 16))
+    surface = recognize_exact(find_contacts(seen, pitch=1e-3)[0], skin)
+    assert next(iter(surface.fits)) != "plane"
+    assert surface.name == "plane"

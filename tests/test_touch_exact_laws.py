@@ -18,7 +18,7 @@ from varishold.skin.synthesis import synthesis_of
 from varishold.touch.exact import FITTED, recognition
 from varishold.touch.exact import fit as fitting
 from varishold.touch.exact.form import Grid, Start
-from varishold.touch.exact.recognition import MISFIT, TEMPERATURE
+from varishold.touch.exact.recognition import INDEPENDENT, MISFIT
 from varishold.touch.exact.slopes import Slopes, parameters
 from varishold.touch.exact.window import BORDER_SHARE, MODEL_SHARE, see
 from varishold.touch.names import KINDS
@@ -530,13 +530,16 @@ def test_the_fits_share_what_the_table_gave_their_kinds():
     rest = [k for k in range(len(KINDS)) if k not in index]
     assert p[index].sum() == pytest.approx(table[index].sum())
     np.testing.assert_allclose(p[rest], table[rest], rtol=1e-9)
-    # The best fit is better than the noise: costs compete as they are, on top of what the table says.
-    odds = table[index[0]] / table[index[1]] * math.exp((96 - 90) / (2 * TEMPERATURE))
+    # Costs compete on top of what the table says: the marginal likelihood where the errors' size is not known.
+    odds = table[index[0]] / table[index[1]] * (96 / 90) ** (INDEPENDENT / 2)
     assert p[index[0]] / p[index[1]] == pytest.approx(odds)
-    # Where even the best fit is twice the noise, differences count half.
-    worse = {key: a_fit(key, fit.chi2 + 110) for key, fit in fits.items()}
-    p = np.exp(recognition._logits(table, worse, count))
-    odds = table[index[0]] / table[index[1]] * math.exp((96 - 90) / (2 * TEMPERATURE * 2))
+    # Where every form is as much worse, differences count as much less.
+    worse = {key: a_fit(key, 3 * fit.chi2) for key, fit in fits.items()}
+    np.testing.assert_allclose(np.exp(recognition._logits(table, worse, count)), p)
+    # No fit is as good as perfect: the noise alone would be smaller errors than a skin ever lets be.
+    perfect = {"sphere": a_fit("sphere", 0.0), "cone": a_fit("cone", 5.0)}
+    p = np.exp(recognition._logits(table, perfect, count))
+    odds = table[index[0]] / table[index[1]] * (1 + 5 / (recognition._LEAST_ERROR * count)) ** (INDEPENDENT / 2)
     assert p[index[0]] / p[index[1]] == pytest.approx(odds)
     np.testing.assert_allclose(np.exp(recognition._logits(table, {}, count)), table)
 
@@ -547,7 +550,7 @@ def test_what_fits_nothing_is_a_stranger():
     for beyond in (0.0, 3.0, 4000.0):
         fits = {"sphere": a_fit("sphere", MISFIT * count + beyond), "cone": a_fit("cone", MISFIT * count + beyond + 8)}
         p = np.exp(recognition._logits(table, fits, count))
-        kept = math.exp(-beyond / (2 * TEMPERATURE))
+        kept = math.exp(-beyond / recognition._BEYOND_MISFIT)
         mass = 2 / len(KINDS)
         assert p[[KEYS.index(key) for key in fits]].sum() == pytest.approx(mass * kept, abs=1e-9)
         assert p[stranger] == pytest.approx(1 / len(KINDS) + mass * (1 - kept))

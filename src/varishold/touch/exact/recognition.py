@@ -23,15 +23,17 @@ from varishold.touch.recognizer import fills_evenly, recognize, surface_from
 from varishold.touch.relief import relief_of
 from varishold.touch.surface import Sides, Surface
 
-__all__ = ["MISFIT", "TEMPERATURE", "FittedSurface", "recognize_exact"]
+__all__ = ["INDEPENDENT", "MISFIT", "FittedSurface", "recognize_exact"]
 
-#: Costs are divided by this before they compete: what the forward model gets wrong it gets wrong in many
-#: taxels at once, so that they count as fewer. Chosen on generated frames of other seeds (`benchmarks.touch_exact`).
-TEMPERATURE = 2.0
-#: Weight of the learned table's log-probabilities among the fitted kinds, chosen with the temperature.
-TABLE_WEIGHT = 1.0
+#: A frame's residuals count as so many numbers that err each for itself: what the skin's model, a gain or a bent
+#: response gets wrong, it gets wrong in many taxels at once. Chosen on presses of other forms than the fitted ones.
+INDEPENDENT = 8.0
 #: Chi^2 a taxel beyond which even the best form does not fit, and the surface is unknown.
 MISFIT = 12.0
+# A fit's errors are at least this share of what is awaited (chi^2 a taxel).
+_LEAST_ERROR = 0.1
+# What lies beyond `MISFIT` counts for so much less than taxels' noise alone would.
+_BEYOND_MISFIT = 4.0
 # So many of the table's most probable kinds are fitted, and those easily taken for the first of them.
 _MOST_PROBABLE = 3
 _MOST_FITTED = 6
@@ -165,7 +167,8 @@ def recognize_exact(
 
     The learned table names the forms that are worth it. Each is fitted: its pressure on the skin is solved
     for, transmitted to the taxels and compared with the frame. Forms compete by
-    ``|residual / sigma_tot|^2 + n_parameters ln n_taxels``.
+    ``|residual / sigma_tot|^2 + n_parameters ln n_taxels``, which counts as of `INDEPENDENT` numbers whose errors' size
+    is not known, beside what the table says.
 
     Parameters
     ----------
@@ -271,13 +274,13 @@ def _logits(table: NDArray[np.float64], fits: dict[str, Fit], count: int) -> NDA
     index = np.array([_KEYS.index(key) for key in fits])
     cost = np.array([fit.cost for fit in fits.values()])
     mass = float(table[index].sum())
-    # Where even the best fit is worse than the noise, the model's error is as much larger (Birge's ratio).
-    ratio = max(min(fit.chi2 for fit in fits.values()) / count, 1.0)
-    share = TABLE_WEIGHT * logs[index] - (cost - cost.min()) / (2 * TEMPERATURE * ratio)
+    best = min(fit.chi2 for fit in fits.values())
+    # How large the errors are, the best fit itself tells (Student's t).
+    share = logs[index] - 0.5 * INDEPENDENT * np.log1p((cost - cost.min()) / max(best, _LEAST_ERROR * count))
     share -= share.max()
     share -= math.log(float(np.exp(share).sum()))
-    beyond = min(fit.chi2 for fit in fits.values()) - MISFIT * count
-    kept = 0.0 if beyond <= 0 else -beyond / (2 * TEMPERATURE)
+    beyond = best - MISFIT * count
+    kept = 0.0 if beyond <= 0 else -beyond / _BEYOND_MISFIT
     logs[index] = math.log(max(mass, _LEAST)) + kept + share
     logs[_STRANGER] = math.log(max(float(table[_STRANGER]) - mass * math.expm1(kept), _LEAST))
     return logs
