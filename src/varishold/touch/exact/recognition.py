@@ -200,7 +200,8 @@ def recognize_exact(
     seen, start, centre = see(contact, relief, skin)
     # No outline, no flank: every solid larger than the pad fits such a frame, and the table has named it.
     fits = {} if fills_evenly(contact) else _fits(table.kind_probability, seen, start)
-    logits = _logits(table.kind_probability, fits, seen.count)
+    # How far a face that leaves the pad all around goes on, and the skin with it, decides what its middle looks like.
+    logits = _logits(table.kind_probability, {} if all(contact.borders) else fits, seen.count)
     named = surface_from(contact, table.inputs, logits, table.parameters)
     depth = None
     if fits and pascal is not None and skin.youngs_modulus_pa is not None:
