@@ -13,7 +13,7 @@ from varishold.recording.formats.format import Options
 from varishold.recording.formats.guessing import guessed
 from varishold.recording.formats.named_arrays import PRESS, SIGNALS, SINGLE, Dataset, HeldArrays
 
-__all__ = ["FRAMES", "GROUPS", "MARK", "OF_PAD", "GroupedArrays", "arrays_in_groups"]
+__all__ = ["FRAMES", "GROUPS", "MARK", "OF_PAD", "GroupedArrays", "Numbers", "arrays_in_groups"]
 
 #: The attribute by which files of this program are known.
 MARK = "varishold"
@@ -26,7 +26,9 @@ GROUPS = {"presses": PRESS, "signals": SIGNALS, "marks": "mark."}
 _TOLD = 8
 
 
-class _Numbers(Dataset, Protocol):
+class Numbers(Dataset, Protocol):
+    """An array of a group, which may be no numbers but text."""
+
     @property
     def is_numbers(self) -> bool: ...
 
@@ -34,11 +36,13 @@ class _Numbers(Dataset, Protocol):
 class GroupedArrays(Protocol):
     """An open file of groups."""
 
-    #: What was not looked into.
-    passed: list[str]
+    @property
+    def passed(self) -> list[str]:
+        """What was not looked into."""
+        ...
 
     @property
-    def datasets(self) -> Mapping[tuple[str, ...], _Numbers]:
+    def datasets(self) -> Mapping[tuple[str, ...], Numbers]:
         """Every array of numbers or text by its path, groups first."""
         ...
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.recording.formats.episodes import Episodes, in_episodes
 from varishold.recording.formats.format import Format, Options, read_by
 from varishold.recording.formats.grouped_arrays import FRAMES, GROUPS, MARK, OF_PAD, arrays_in_groups
 from varishold.recording.formats.named_arrays import SIGNALS, arrays_of, stored_in
@@ -44,8 +45,9 @@ def _open(path: Path, options: Options) -> Stored:
 
     file = Hdf5File(path)
     try:
-        arrays, notes = arrays_in_groups(path, file, options)
-        return stored_in(arrays, path, options, notes=notes, close=file.close)
+        episodes = Episodes(file)
+        arrays, notes = arrays_in_groups(path, episodes, options)
+        return in_episodes(stored_in(arrays, path, options, notes=notes, close=file.close), episodes)
     except BaseException:
         file.close()
         raise

@@ -6,9 +6,7 @@ import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from varishold._counted import counted
+from varishold.recording.formats.episodes import Episodes, in_episodes
 from varishold.recording.formats.format import Format, Options, read_by
 from varishold.recording.formats.grouped_arrays import arrays_in_groups
 from varishold.recording.formats.named_arrays import stored_in
@@ -23,8 +21,6 @@ __all__ = ["FOLDER", "FORMAT"]
 # What tells a group or an array, and an archive of them by its first members.
 _MARKS = (".zgroup", ".zarray", "zarr.json")
 _ZIP, _ENDING = b"PK\x03\x04", ".zarr.zip"
-# Where each episode ends, as data sets for learning have it.
-_ENDS = "episode_ends"
 
 
 def _recognizes(path: Path, head: bytes) -> bool:
@@ -53,9 +49,10 @@ def _stored(path: Path, options: Options, store: Store) -> Stored:
 
     try:
         groups = ZarrGroups(store)
-        arrays, notes = arrays_in_groups(path, groups, options)
+        episodes = Episodes(groups)
+        arrays, notes = arrays_in_groups(path, episodes, options)
         stored = stored_in(arrays, path, options, notes=notes, close=store.close)
-        return _in_episodes(_with_missing(stored, groups), groups)
+        return in_episodes(_with_missing(stored, groups), episodes)
     except BaseException:
         store.close()
         raise
@@ -72,20 +69,6 @@ def _with_missing(stored: Stored, groups: ZarrGroups) -> Stored:
 
 def _lacks(array: ZarrArray, stored: Stored) -> bool:
     return array.shape[:1] == (stored.n_frames,) and array.missing > 0
-
-
-def _in_episodes(stored: Stored, groups: ZarrGroups) -> Stored:
-    """Take episodes for presses, where the ends of them are told and nothing else says presses."""
-    ends = next((each for name, each in groups.datasets.items() if name and name[-1] == _ENDS), None)
-    if ends is None or stored.press is not None or len(ends.shape) != 1 or ends.dtype.kind not in "iu":
-        return stored
-    last = ends.small().astype(np.int64)
-    if not last.size or (np.diff(last, prepend=0) <= 0).any() or last[-1] != stored.n_frames:
-        return dataclasses.replace(stored, notes=(*stored.notes, f"{_ENDS} does not end with the frames: passed over"))
-    press = np.repeat(np.arange(last.size), np.diff(last, prepend=0))
-    return dataclasses.replace(
-        stored, press=press, notes=(*stored.notes, f"each of {counted(last.size, 'episode')} is a press")
-    )
 
 
 FORMAT = Format("Zarr (ZIP)", (), _recognizes, read_by(_open), open=_open)
