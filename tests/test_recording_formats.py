@@ -191,6 +191,18 @@ def test_tekscan(tmp_path: Path) -> None:
         assert recording.sensor == "5051"
 
 
+@pytest.mark.parametrize("mark", [";", "\t"])
+def test_tekscan_where_a_comma_is_the_decimal_sign(mark: str, tmp_path: Path) -> None:
+    header, at, data = TEKSCAN.partition("ASCII_DATA @@")
+    path = tmp_path / "a.csv"
+    path.write_text(header.replace(".", ",") + at + data.replace(",", mark).replace(".", ","))
+    (tmp_path / "b.csv").write_text(TEKSCAN)
+    recording, plain = read(path), read(tmp_path / "b.csv")
+    np.testing.assert_array_equal(recording.pads["pad"].frames, plain.pads["pad"].frames)
+    assert recording.pads["pad"].pitch_m == plain.pads["pad"].pitch_m
+    np.testing.assert_array_equal(recording.time_s, plain.time_s)
+
+
 def test_tekscan_counts_stay_integers_and_lost_frames_are_noted(tmp_path: Path) -> None:
     path = tmp_path / "a.asf"
     path.write_text(TEKSCAN.replace("1.5", "2").replace("KPA", "RAW").replace("END_FRAME 2", "END_FRAME 5"))

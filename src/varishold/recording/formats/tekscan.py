@@ -14,7 +14,7 @@ from varishold._counted import counted
 from varishold.errors import FormatError, InputError
 from varishold.files import encoding_notes, head_lines, text_chunks
 from varishold.recording.formats.format import Format, Options, shape_error
-from varishold.recording.formats.numbers import Rows, Separator, as_counts, as_number
+from varishold.recording.formats.numbers import Rows, as_counts, as_number, separator_of
 from varishold.recording.pad import UNNAMED_PAD, Pad
 from varishold.recording.recording import Recording
 
@@ -36,7 +36,8 @@ def _recognizes(path: Path, head: bytes) -> bool:
 
 def _read(path: Path, options: Options) -> Recording:
     header: dict[str, str] = {}
-    rows = Rows(path, Separator(","), blanks=_NO_SENSEL)
+    rows: Rows | None = None
+    n_rows = 0
     frame_starts: list[tuple[int, int, int]] = []
     in_data = False
     for start, chunk in text_chunks(path):
@@ -54,16 +55,20 @@ def _read(path: Path, options: Options) -> Recording:
             elif not bare or bare.startswith("@"):
                 continue
             elif match := _FRAME.match(line):
-                frame_starts.append((rows.n + len(lines), number, int(match[1][:18])))
+                frame_starts.append((n_rows + len(lines), number, int(match[1][:18])))
             elif not frame_starts:
                 raise FormatError(f"{path}: line {number} must be 'Frame n', got {bare[:40]!r}")
             else:
                 lines.append(line)
                 numbers.append(number)
-        rows.add(lines, numbers)
+        if lines:
+            # Where a comma is the decimal sign a semicolon separates.
+            rows = rows or Rows(path, separator_of(lines), blanks=_NO_SENSEL)
+            rows.add(lines, numbers)
+            n_rows = rows.n
     if not in_data:
         raise FormatError(f"{path}: is cut off: there is no line ASCII_DATA")
-    if not frame_starts:
+    if rows is None:
         raise FormatError(f"{path}: holds no frame after its line ASCII_DATA")
     return _recording(path, options, header, rows, frame_starts)
 
