@@ -20,6 +20,7 @@ from varishold.frame.checks import as_names, as_positive, is_number
 from varishold.perceive.evidence import Evidence
 from varishold.perceive.examples import check_examples, learned_touch, log_sizes, named, object_name, with_examples
 from varishold.perceive.poses import Kinds, kinds_of, poses_of, usual_of
+from varishold.perceive.size_prior import size_priors
 from varishold.perceive.touch_model import TouchModel, tempered
 
 __all__ = ["LOG_SIZES", "NONE_OF_THESE", "REFUSED_AT", "Library"]
@@ -37,9 +38,6 @@ REFUSED_AT = (0.007, 0.012)
 
 # From so many touches on the second of them counts.
 _LATE = 4
-
-# An example stands for sizes that near its own, in logarithm.
-_SIZE_BANDWIDTH = 0.08
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,10 +213,7 @@ class Library:
 
         :meta private:
         """
-        off = LOG_SIZES[None, :] - self.log_size[:, None]
-        prior = np.where(np.isfinite(off), np.exp(-0.5 * (off / _SIZE_BANDWIDTH) ** 2), 1.0)
-        out: Floats = prior / prior.sum(axis=1, keepdims=True)
-        return out
+        return size_priors(LOG_SIZES, self.log_size, self.kind, self.touches.values())
 
     def index(self, name: str) -> int:
         """Return the place of an object in `objects`.

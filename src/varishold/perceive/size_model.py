@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 #: Degrees of freedom of Student's t: a grip that is fitted wrongly must not decide alone.
 FREEDOM = 3.0
 
-_RIDGE = 1e-3
+_RIDGE, _RIDGE_OF_FEW = 1e-3, 0.1
 _ROUNDS = 12
 # Farther off, in parts of the scale, all sizes are alike: nobody's hand holds that.
 _MOST_OFF = 1e6
@@ -125,6 +125,27 @@ def _fit(values: Floats, log_size: Floats) -> tuple[Floats, float, Floats]:
     if not known.any():
         return np.full(m + 1, np.nan), np.nan, np.zeros(_QUANTILES)
     x, y = values[known], log_size[known]
+    few = len(y) < _ENOUGH
+    line, scale, off = _line(x, y, _RIDGE_OF_FEW if few else _RIDGE)
+    if few:
+        return line, _scale_of_few(x, y), np.zeros(_QUANTILES)
+    quantiles = np.quantile(off, (np.arange(_QUANTILES) + 0.5) / _QUANTILES)
+    return line, scale, quantiles
+
+
+def _scale_of_few(x, y) -> float:
+    if len(y) < 2:
+        return 0.1
+    off = np.empty(len(y))
+    for k in range(len(y)):
+        rest = np.arange(len(y)) != k
+        line, _, _ = _line(x[rest], y[rest], _RIDGE_OF_FEW)
+        off[k] = y[k] - x[k] @ line[:-1] - line[-1]
+    return max(_LEAST_SCALE, 1.2 * float(np.median(np.abs(off))) * (1 + 2 / len(y)))
+
+
+def _line(x: Floats, y: Floats, ridge: float) -> tuple[Floats, float, Floats]:
+    m = x.shape[1]
     weight = np.ones(len(y))
     for _ in range(_ROUNDS):
         total = weight.sum()
@@ -133,13 +154,10 @@ def _fit(values: Floats, log_size: Floats) -> tuple[Floats, float, Floats]:
         dx = x - middle_x
         # One size alone: a fitted size is the size, times a factor.
         slope = np.linalg.solve(
-            (dx.T * weight) @ dx + _RIDGE * np.eye(m), (dx.T * weight) @ y + _RIDGE * np.full(m, 1 / m)
+            (dx.T * weight) @ dx + ridge * np.eye(m), (dx.T * weight) @ y + ridge * np.full(m, 1 / m)
         )
         line = np.append(slope, middle_y - middle_x @ slope)
         off = y - x @ slope - line[-1]
         scale = max(_LEAST_SCALE, 1.2 * float(np.median(np.abs(off))) * (1 + 2 / len(y)))
         weight = (FREEDOM + 1) / (FREEDOM + (off / scale) ** 2)
-    if len(y) < _ENOUGH:
-        return line, scale, np.zeros(_QUANTILES)
-    quantiles = np.quantile(off, (np.arange(_QUANTILES) + 0.5) / _QUANTILES)
-    return line, scale, quantiles
+    return line, scale, off
