@@ -213,7 +213,7 @@ class Library:
 
         :meta private:
         """
-        return size_priors(LOG_SIZES, self.log_size, self.kind, self.touches.values())
+        return size_priors(LOG_SIZES, self.log_size, self.kind)
 
     def index(self, name: str) -> int:
         """Return the place of an object in `objects`.

@@ -15,12 +15,14 @@ Floats = NDArray[np.float64]
 #: Degrees of freedom of Student's t: a grip that is fitted wrongly must not decide alone.
 FREEDOM = 3.0
 
+# How strongly slopes are drawn to that of a fitted size which grows with the size; beside few examples as by one more,
+# whose size is another by a third.
 _RIDGE, _RIDGE_OF_FEW = 1e-3, 0.1
 _ROUNDS = 12
 # Farther off, in parts of the scale, all sizes are alike: nobody's hand holds that.
 _MOST_OFF = 1e6
-# A line is not trusted better than this, in the logarithm of the size.
-_LEAST_SCALE = 0.004
+# A line is not trusted better than this, in the logarithm of the size; that of one example no better than the second.
+_LEAST_SCALE, _SCALE_OF_ONE = 0.004, 0.1
 # How far off a line examples lie is kept as so many quantiles, where there are so many examples; each is then spread by
 # this part of the scale about the line.
 _QUANTILES, _ENOUGH, _SPREAD = 32, 40, 0.6
@@ -121,32 +123,20 @@ def fit_size_model(names: tuple[str, ...], values: Floats, log_size: Floats, own
 
 def _fit(values: Floats, log_size: Floats) -> tuple[Floats, float, Floats]:
     known = np.isfinite(values).all(axis=1) & np.isfinite(log_size)
-    m = values.shape[1]
-    if not known.any():
+    m, n = values.shape[1], int(known.sum())
+    if n == 0:
         return np.full(m + 1, np.nan), np.nan, np.zeros(_QUANTILES)
     x, y = values[known], log_size[known]
-    few = len(y) < _ENOUGH
-    line, scale, off = _line(x, y, _RIDGE_OF_FEW if few else _RIDGE)
-    if few:
+    if n < _ENOUGH:
+        line, _ = _line(x, y, _RIDGE_OF_FEW)
         return line, _scale_of_few(x, y), np.zeros(_QUANTILES)
-    quantiles = np.quantile(off, (np.arange(_QUANTILES) + 0.5) / _QUANTILES)
-    return line, scale, quantiles
+    line, off = _line(x, y, _RIDGE)
+    return line, _scale(off), np.quantile(off, (np.arange(_QUANTILES) + 0.5) / _QUANTILES)
 
 
-def _scale_of_few(x, y) -> float:
-    if len(y) < 2:
-        return 0.1
-    off = np.empty(len(y))
-    for k in range(len(y)):
-        rest = np.arange(len(y)) != k
-        line, _, _ = _line(x[rest], y[rest], _RIDGE_OF_FEW)
-        off[k] = y[k] - x[k] @ line[:-1] - line[-1]
-    return max(_LEAST_SCALE, 1.2 * float(np.median(np.abs(off))) * (1 + 2 / len(y)))
-
-
-def _line(x: Floats, y: Floats, ridge: float) -> tuple[Floats, float, Floats]:
-    m = x.shape[1]
-    weight = np.ones(len(y))
+def _line(x: Floats, y: Floats, ridge: float) -> tuple[Floats, Floats]:
+    """Return slopes and offset of a line, shape (m + 1,), and how far examples are off it, shape (n,)."""
+    m, weight = x.shape[1], np.ones(len(y))
     for _ in range(_ROUNDS):
         total = weight.sum()
         middle_x, middle_y = weight @ x / total, float(weight @ y / total)
@@ -158,6 +148,21 @@ def _line(x: Floats, y: Floats, ridge: float) -> tuple[Floats, float, Floats]:
         )
         line = np.append(slope, middle_y - middle_x @ slope)
         off = y - x @ slope - line[-1]
-        scale = max(_LEAST_SCALE, 1.2 * float(np.median(np.abs(off))) * (1 + 2 / len(y)))
-        weight = (FREEDOM + 1) / (FREEDOM + (off / scale) ** 2)
-    return line, scale, off
+        weight = (FREEDOM + 1) / (FREEDOM + (off / _scale(off)) ** 2)
+    return line, off
+
+
+def _scale(off: Floats) -> float:
+    return max(_LEAST_SCALE, 1.2 * float(np.median(np.abs(off))) * (1 + 2 / len(off)))
+
+
+def _scale_of_few(x: Floats, y: Floats) -> float:
+    """Return the scale of a line by how far each example is off the line of the others, which bends to none of it."""
+    if len(y) == 1:
+        return _SCALE_OF_ONE
+    off = np.empty(len(y))
+    for k in range(len(y)):
+        others = np.arange(len(y)) != k
+        line, _ = _line(x[others], y[others], _RIDGE_OF_FEW)
+        off[k] = y[k] - x[k] @ line[:-1] - line[-1]
+    return _scale(off)

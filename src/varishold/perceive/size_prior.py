@@ -1,61 +1,50 @@
-"""Which sizes an example stands for: those near its own, the fewer examples there are the farther."""
+"""Which sizes the examples of things stand for before any touch tells one."""
 
 from __future__ import annotations
-
-from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.perceive.likelihood import squared_distances
-from varishold.perceive.touch_model import TouchModel
-
-__all__ = ["ENOUGH_SIZES", "size_priors"]
+__all__ = ["size_priors"]
 
 Floats = NDArray[np.float64]
 
-#: Where there are so many examples of known sizes, they say by themselves which sizes there are.
-ENOUGH_SIZES = 40
-
-# An example stands for sizes that near its own, in logarithm; where there are few, as near as one of these.
+# An example stands for sizes that near its own, in logarithm.
 _NEAR = 0.08
-_NEARS = _NEAR * 1.2 ** np.arange(13)
 
-# Things of one name differ by so much in size, in logarithm, where their examples do not.
-_USUAL = 0.3
+# Where a kind has fewer examples of known sizes there may be other sizes of it: things of one name usually differ in
+# size by so much, in logarithm.
+_ENOUGH, _USUAL = 40, 0.3
 
 
-def size_priors(log_sizes: Floats, log_size: Floats, kind: NDArray[np.int64], touches: Iterable[TouchModel]) -> Floats:
-    off = log_sizes - log_size[:, None]
-    near, few = np.full(len(log_size), _NEAR), []
-    touches = list(touches)
-    for k in np.unique(kind[np.isfinite(log_size)]):
-        own = np.flatnonzero((kind == k) & np.isfinite(log_size))
-        if len(own) < ENOUGH_SIZES:
-            few.append(own)
-            near[own] = _near(log_size[own], own, touches)
-    prior = np.where(np.isfinite(off), np.exp(-0.5 * (off / near[:, None]) ** 2), 1.0)
-    prior /= prior.sum(axis=1, keepdims=True)
-    for own in few:
-        mean = log_size[own].mean()
-        wide = np.hypot(_USUAL, log_size[own].std())
-        usual = np.exp(-0.5 * ((log_sizes - mean) / wide) ** 2)
-        prior[own] += (usual / usual.sum() - prior[own]) / (len(own) + 1)
+def size_priors(log_sizes: Floats, log_size: Floats, kind: NDArray[np.int64]) -> Floats:
+    """Return the probability of sizes for each example, shape (n, n_sizes).
+
+    A few examples do not say that there is no other size. Beside those of a kind one more counts, whose size may be any
+    that is usual for it: as in Laplace's rule of succession the next thing is of a new size once in n + 1 times.
+
+    Parameters
+    ----------
+    log_sizes : ndarray of shape (n_sizes,)
+    log_size : ndarray of shape (n,)
+        Of each example; NaN where it is unknown and may be any.
+    kind : ndarray of shape (n,), int
+        Of what each example is.
+    """
+    prior = _about(log_sizes, log_size, np.full(len(log_size), _NEAR))
+    known = np.isfinite(log_size)
+    for k in np.unique(kind[known]):
+        own = np.flatnonzero(known & (kind == k))
+        if len(own) < _ENOUGH:
+            wide = np.hypot(log_size[own].std(), _USUAL)
+            usual = _about(log_sizes, log_size[own].mean(keepdims=True), np.array([wide]))
+            prior[own] = (len(own) * prior[own] + usual) / (len(own) + 1)
     return prior
 
 
-def _near(log_size: Floats, rows: NDArray[np.int64], touches: list[TouchModel]) -> float:
-    if len(rows) < 2:
-        return _NEAR
-    alike = np.zeros((len(rows), len(rows)))
-    for model in touches:
-        white = model.white[rows]
-        told = model.own * model.kernel(squared_distances(white, white), white.shape[1])
-        made = model.made[rows]
-        alike += np.where(made & made[:, None], told, 0.0)
-    np.fill_diagonal(alike, -np.inf)
-    weight = np.exp(alike - alike.max(axis=1, keepdims=True))
-    weight /= weight.sum(axis=1, keepdims=True)
-    off = log_size[:, None] - log_size
-    likely = [np.log((weight * np.exp(-0.5 * (off / near) ** 2)).sum(axis=1) / near + 1e-9).sum() for near in _NEARS]
-    return float(_NEARS[int(np.argmax(likely))])
+def _about(log_sizes: Floats, middle: Floats, near: Floats) -> Floats:
+    """Return normal probabilities of sizes, a row for each middle; even ones where it is NaN."""
+    off = (log_sizes - middle[:, None]) / near[:, None]
+    told = np.where(np.isfinite(off), np.exp(-0.5 * off**2), 1.0)
+    out: Floats = told / told.sum(axis=1, keepdims=True)
+    return out
