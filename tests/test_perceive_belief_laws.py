@@ -50,11 +50,11 @@ def test_one_number_of_a_touch_is_enough_to_have_felt_it() -> None:
 
 
 def test_sizes_are_never_less_likely_than_sixty_nats_below_the_likeliest() -> None:
-    sizes = [0.03, 0.2]
-    of = Library.from_examples({"ball": examples(2, 0.0, 3, sizes=sizes)}, sizes_m={"ball": sizes})
+    sizes = [0.03, 0.2] * 20
+    of = Library.from_examples({"ball": examples(40, 0.0, 3, sizes=sizes)}, sizes_m={"ball": sizes})
     for depth, expected in ((-20.0, -20.0), (-59.0, -59.0), (-61.0, -60.0), (-1e4, -60.0)):
         table = np.where(LOG_SIZES < np.log(0.08), 0.0, depth)[None]
-        small, large = replace(Belief.before(of), size_table=table, sized=1).particles
+        small, large = replace(Belief.before(of), size_table=table, sized=1).particles.reshape(20, 2).sum(axis=0)
         assert np.log(large / small) == pytest.approx(expected, abs=1e-3)
 
 

@@ -28,6 +28,7 @@ from varishold.perceive import (
 )
 from varishold.perceive.metric import fit_metric
 from varishold.perceive.section_fit import fit_turns
+from varishold.perceive.size_prior import size_priors
 from varishold.recording import GraspTable, Pad, Recording
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -252,9 +253,17 @@ def test_tempered_likelihoods_are_powers(share: float) -> None:
 def test_sizes_of_examples_stand_for_sizes_near_them_and_unknown_ones_for_any() -> None:
     of = library()
     sizes = np.linspace(np.log(0.02), np.log(0.25), 101)
-    for row, size in zip(of.size_prior, of.log_size, strict=True):
+    for owner, row, size in zip(of.owner, of.size_prior, of.log_size, strict=True):
         near = np.array([np.exp(-((x - size) ** 2) / (2 * 0.08**2)) for x in sizes])
-        np.testing.assert_allclose(row, near / near.sum(), rtol=1e-9)
+        # Beside few examples one more counts, whose size may be any that is usual.
+        own = of.log_size[of.owner == owner]
+        wide = np.sqrt(0.3**2 + own.var())
+        usual = np.array([np.exp(-((x - own.mean()) ** 2) / (2 * wide**2)) for x in sizes])
+        expected = (len(own) * near / near.sum() + usual / usual.sum()) / (len(own) + 1)
+        np.testing.assert_allclose(row, expected, rtol=1e-9)
+    many = np.full(40, np.log(0.05))
+    near = np.exp(-((sizes - many[0]) ** 2) / (2 * 0.08**2))
+    np.testing.assert_allclose(size_priors(sizes, many, np.zeros(40, np.int64))[0], near / near.sum(), rtol=1e-9)
     rows = [[Evidence("t", {"a": float(k)})] for k in range(3)]
     unknown = of.with_object("egg", [[Evidence("tip", {"a": 1.0})]])
     np.testing.assert_allclose(unknown.size_prior[-1], 1 / 101)

@@ -227,7 +227,7 @@ def test_the_more_examples_the_less_is_added_for_their_fewness(seed: int, copies
     x = rng.uniform(-3, -2, (12, 1))
     y = x[:, 0] + 0.05 * rng.normal(size=12)
     scale = []
-    for times in (1, copies):
+    for times in (4, copies):
         fitted = fit_size_model(("a",), np.tile(x, (times, 1)), np.tile(y, times), np.zeros(12 * times, int))
         scale.append(fitted.scale[0] / (1 + 2 / (12 * times)))
     assert scale[1] == pytest.approx(scale[0], rel=0.12)
