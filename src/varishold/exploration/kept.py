@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import IO
 
 from varishold.errors import InputError, reason_of
-from varishold.files import atomic_write, text_chunks
+from varishold.files import atomic_write, open_file
 from varishold.perceive import Evidence
 
 __all__ = ["Example", "keeper", "kept_examples"]
@@ -52,14 +52,14 @@ def kept_examples(path: Path) -> dict[int, Example]:
     felt: dict[int, Example] = {}
     if not path.exists():
         return felt
-    for _, lines in text_chunks(path):
-        for line in lines:
+    with open_file(path) as file:
+        for line in file:
             try:
                 told = json.loads(line)
                 felt[int(told["seed"])] = [
                     Evidence(touch, values, failed=failed, seconds=seconds)
                     for touch, failed, seconds, values in told["touches"]
                 ]
-            except (ValueError, LookupError, TypeError):
+            except (ValueError, LookupError, TypeError, OverflowError, RecursionError):
                 continue
     return felt

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._name import plain_name, refuse_name_of_strangers
 from varishold.errors import FormatError, require, require_a
 from varishold.files import Archive, open_archive, open_packed_archive, parse_json, write_archive
 from varishold.perceive.library import REFUSED_AT, Library
@@ -207,10 +208,12 @@ def _library(path: str | os.PathLike[str], data: Archive) -> Library:
     sizes = np.exp(log_size[~np.isnan(log_size)])
     possible = (sizes >= 0.99 * LEAST_SIZE_M) & (sizes <= 1.01 * MOST_SIZE_M)
     fit = log_size.shape == owner.shape and np.array_equal(np.unique(owner), np.arange(len(objects)))
-    named = objects and len(set(objects)) == len(objects) and all(isinstance(name, str) for name in objects)
+    named = objects and len(set(objects)) == len(objects) and all(plain_name(name) for name in objects)
     require(possible.all(), f"sizes must lie in [{LEAST_SIZE_M:g}, {MOST_SIZE_M:g}] m")
     require(fit, "examples and objects do not fit together")
-    require(named, "objects must have names of their own")
+    require(named, "objects must have names of their own, lines of printable text")
+    for name in objects:
+        refuse_name_of_strangers(name.strip(), "object")
     hand = head.get("hand")
     require(hand is None or isinstance(hand, str), "the hand must be a name")
     # Files that were written before refuse as most libraries do.
