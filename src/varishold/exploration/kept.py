@@ -6,11 +6,12 @@ import json
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from io import FileIO
 from pathlib import Path
-from typing import IO
 
 from varishold.errors import InputError, reason_of
 from varishold.files import atomic_write, open_file
+from varishold.files.writing import cannot_write
 from varishold.perceive import Evidence
 
 __all__ = ["Example", "keeper", "kept_examples"]
@@ -29,17 +30,21 @@ def keeper(keep: str | os.PathLike[str] | None, felt: dict[int, Example]) -> Ite
     try:
         path.parent.mkdir(exist_ok=True)
     except OSError as error:
-        raise InputError(f"{path.parent}: cannot be made: {reason_of(error)}") from None
+        why = "it is a file; move it away" if path.parent.is_file() else reason_of(error)
+        raise InputError(f"{path.parent}: cannot be made a folder: {why}") from None
     # Half a line, which who was killed has left, is gone after this.
     with atomic_write(path, "w") as file:
         file.writelines(_line(seed, made) for seed, made in felt.items())
-    with open(path, "a", encoding="utf-8") as file:
-        yield lambda seed, made: _append(file, seed, made)
+    # Without a buffer, of which closing would write the rest again where the disk is full.
+    with open(path, "ab", buffering=0) as file:
+        yield lambda seed, made: _append(file, path, seed, made)
 
 
-def _append(file: IO[str], seed: int, made: Example) -> None:
-    file.write(_line(seed, made))
-    file.flush()
+def _append(file: FileIO, path: Path, seed: int, made: Example) -> None:
+    try:
+        file.write(_line(seed, made).encode())
+    except OSError as error:
+        raise cannot_write(path, error) from error
 
 
 def _line(seed: int, made: Sequence[Evidence]) -> str:
