@@ -336,6 +336,18 @@ def test_a_noise_that_grows_all_over_and_ends_is_learned_at_once():
     assert wrong == 0
 
 
+def test_a_noise_that_grows_on_a_part_of_the_pad_presses_nothing_for_long():
+    noise, zero, pressed = np.random.default_rng(0), FollowingZero((16, 16)), []
+    for k in range(3000):
+        loud = np.ones((16, 16))
+        loud[:8, :8] += 4.0 * (k > 1000)
+        zero.update(k / 50, 100 + loud * noise.normal(0, 1, (16, 16)))
+        pressed.append(zero.is_pressed)
+    assert not any(pressed[1300:])
+    assert 3.5 < zero.noise[:8, :8].mean() < 5.5
+    assert zero.noise[8:, 8:].mean() < 1.2
+
+
 def test_noise_that_a_filter_hides_from_frame_to_frame_is_seen():
     world = World(rate_hz=100.0)
     noise, wrong = np.zeros(world.shape), 0

@@ -21,6 +21,9 @@ _SIGMA_OF_MEAN = math.sqrt(math.pi / 2.0)
 # The skin's noise is another where this share of the taxels is so many standard deviations below zero, which no press
 # does, or the median of the free ones is so small; and that in so many looks. Then it is measured anew.
 _BELOW_SHARE, _BELOW_SIGMAS, _SMALL, _STRANGE_LOOKS = 0.1, 3.0, 0.4, 5
+# A taxel that is so far below zero in this share of the last dozen looks has become loud, and is no press though it
+# stands out: its noise is learned at once.
+_LOUD_SHARE, _LOUD_PACE = 0.15, 1 / 12
 
 
 class RunningNoise:
@@ -49,6 +52,7 @@ class RunningNoise:
         self._before: NDArray[np.float64] | None = None
         self._waited_s = 0.0
         self._n_averaged = self._n_strange = 0
+        self._below = np.zeros(usable.shape)
         self._take(np.zeros(usable.shape))
 
     @property
@@ -100,13 +104,21 @@ class RunningNoise:
                 self._n_averaged = 0
             else:
                 self._run(np.abs(zeroed), free)
+                self._below += _LOUD_PACE * ((zeroed < -_BELOW_SIGMAS * self.floored) - self._below)
+                if (loud := self._below > _LOUD_SHARE).any():
+                    self._run(change, loud, pace=_MOST_AT_ONCE)
         self._before, self._waited_s = values, 0.0
         return True
 
-    def _run(self, size: NDArray[np.float64], where: NDArray[np.bool_]) -> None:
+    def _run(self, size: NDArray[np.float64], where: NDArray[np.bool_], pace: float | None = None) -> None:
         """Take a step up where a value is larger than its median was, one down where it is smaller."""
-        pace = min(self._waited_s / _MEMORY_S, _MOST_AT_ONCE) * np.maximum(self.sigma, max(self.median, self.least))
-        step = pace * np.sign(size - MEDIAN_ABS_NORMAL * self.sigma) * where
+        pace = min(self._waited_s / _MEMORY_S, _MOST_AT_ONCE) if pace is None else pace
+        step = (
+            pace
+            * np.maximum(self.sigma, max(self.median, self.least))
+            * np.sign(size - MEDIAN_ABS_NORMAL * self.sigma)
+            * where
+        )
         self._take(np.maximum(self.sigma + step, 0.0))
 
     def _is_another(self, zeroed: NDArray[np.float64], free: NDArray[np.bool_]) -> bool:
