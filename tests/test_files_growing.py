@@ -99,3 +99,44 @@ def test_a_disk_that_takes_long_delays_nobody(tmp_path: Path, monkeypatch: pytes
         go_on.set()
         file.show()
     assert (tmp_path / "a.bin").read_bytes() == b"0123456789" * 100
+
+
+@pytest.mark.skipif(os.name == "nt", reason="takes a system that lets go of files that are open")
+@pytest.mark.parametrize("how", ["removed", "moved", "replaced", "with its folder"])
+def test_a_file_that_is_taken_away_while_it_grows_is_told(tmp_path: Path, how: str) -> None:
+    folder = tmp_path / "of it"
+    folder.mkdir()
+    path = folder / "a.bin"
+
+    def grow() -> None:
+        with growing_file(path) as file:
+            file.write(b"some")
+            file.show()
+            if how == "with its folder":
+                folder.rename(tmp_path / "elsewhere")
+            elif how == "moved":
+                path.rename(folder / "b.bin")
+            else:
+                path.unlink()
+            if how == "replaced":
+                path.write_bytes(b"somebody else's")
+            file.write(b" more")
+
+    with pytest.raises(InputError, match=r"a\.bin: was moved, replaced or removed while it was written"):
+        grow()
+    if how == "replaced":
+        assert path.read_bytes() == b"somebody else's"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="takes a system that lets go of files that are open")
+def test_it_is_told_while_it_grows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(growing, "_SYNC_S", 0.0)
+
+    def grow() -> None:
+        with growing_file(tmp_path / "a.bin") as file:
+            file.show()
+            (tmp_path / "a.bin").unlink()
+            wait_until(lambda: file.write(b"more") == 0)
+
+    with pytest.raises(InputError, match="was moved, replaced or removed"):
+        grow()

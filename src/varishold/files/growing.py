@@ -11,6 +11,7 @@ from pathlib import Path
 from threading import Condition, Thread
 from typing import IO, Any
 
+from varishold.errors import InputError
 from varishold.files.resume import only_writer
 from varishold.files.writing import cannot_write, part_beside, writable_target
 
@@ -26,16 +27,18 @@ _MOST_WAITING = 1 << 28
 class GrowingFile:
     """A binary file whose writer does not wait for the disk; as `growing_file` opens it.
 
-    A thread writes what it is given, in its order. What the disk refuses is told by the next call.
+    A thread writes what it is given, in its order. What the disk refuses, and that the file was taken away, is told by
+    the next call.
     """
 
     def __init__(self, path: Path, written: Path, target: Path, file: IO[Any]) -> None:
         self._path, self._written, self._target, self._file = path, written, target, file
+        self._on_disk = written.is_file()
         self._given = self._n_waiting = 0
         self._waiting: deque[bytes] = deque()
         self._changed = Condition()
         self._over = False
-        self._failure: OSError | None = None
+        self._failure: OSError | InputError | None = None
         self._thread = Thread(target=self._run, name=f"varishold writes {path}", daemon=True)
         self._thread.start()
 
@@ -95,6 +98,11 @@ class GrowingFile:
             with suppress(OSError):
                 self._written.unlink()
 
+    def finish(self) -> None:
+        """Wait until all is written; InputError where the file is not where it was asked for any more."""
+        self._drain()
+        self._look_there()
+
     def _drain(self) -> None:
         """Wait until all that was given is written."""
         with self._changed:
@@ -102,8 +110,23 @@ class GrowingFile:
             self._check()
 
     def _check(self) -> None:
+        if isinstance(self._failure, InputError):
+            raise self._failure
         if self._failure is not None:
             raise cannot_write(self._path, self._failure) from self._failure
+
+    def _look_there(self) -> None:
+        """Raise InputError where what is written can be found under its name no more."""
+        if not (self._on_disk and self.shown):
+            return
+        try:
+            named, written = self._written.stat(), os.fstat(self._file.fileno())
+            # Not every disk numbers its files for good.
+            there = os.path.samestat(named, written) or named.st_size == written.st_size
+        except OSError:
+            there = False
+        if not there:
+            raise InputError(f"{self._path}: was moved, replaced or removed while it was written; it grows no more")
 
     def _run(self) -> None:
         synced_s, dirty = time.monotonic(), False
@@ -119,7 +142,7 @@ class GrowingFile:
                 if dirty and (over or time.monotonic() - synced_s >= _SYNC_S):
                     self._sync()
                     synced_s, dirty = time.monotonic(), False
-            except OSError as error:
+            except (OSError, InputError) as error:
                 self._failure = error
             with self._changed:
                 self._n_waiting -= len(data)
@@ -129,8 +152,9 @@ class GrowingFile:
 
     def _sync(self) -> None:
         # What is no file on a disk cannot be asked for it.
-        if self._written.is_file():
+        if self._on_disk:
             os.fsync(self._file.fileno())
+            self._look_there()
 
 
 @contextmanager
@@ -152,6 +176,6 @@ def growing_file(path: str | os.PathLike[str]) -> Iterator[GrowingFile]:
         growing = GrowingFile(asked, written, target, file)
         try:
             yield growing
-            growing._drain()
+            growing.finish()
         finally:
             growing.close()
