@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.live_presses import pressed
+from tests.live_presses import FORMS, pressed
 from tests.live_scripted import Scripted
 
 from varishold.errors import EndOfSourceError, InputError
 from varishold.live import PadLayout, Sample, Watcher, watch
 from varishold.live.lines import lines_of
+from varishold.live.pad_silence import PAD_SILENT
 from varishold.live.steady_time import SteadyTime
 from varishold.sensor import Sensor
 
@@ -92,6 +93,26 @@ def test_pads_may_come_one_by_one_and_in_another_shape() -> None:
             seen = watcher.see(sample._replace(pads={name: frame[:8] if k > 145 else frame}))
             assert set(seen.pads) == {name}
         assert {name: pad.shape for name, pad in watcher.pads.items()} == {"left": (8, 16), "right": (8, 16)}
+
+
+def test_a_pad_that_comes_no_more_is_told_and_touched_by_nothing() -> None:
+    """A press on a pad that is gone would last for ever, and take every later one in."""
+    samples = [*pressed("cone", free=140, held=400)]
+    with Watcher() as watcher:
+        events, remarks, ended = [], [], []
+        for k, sample in enumerate(samples):
+            frame = sample.pads["pad"]
+            pads = {"right": frame - FORMS["cone"] * (150 < k < 542)}
+            if k < 150 or k > 560:
+                pads["left"] = frame
+            seen = watcher.see(sample._replace(pads=pads))
+            assert "left" in watcher.newest
+            events += [(name, event.kind, k) for name, pad in seen.pads.items() for event in pad.events]
+            remarks += [(name, *pad.remarks, k) for name, pad in seen.pads.items() if pad.is_news]
+            ended += [k] if seen.ended is not None else []
+    assert [event for event in events if event[0] == "left"] == [("left", "touched", 141), ("left", "released", 450)]
+    assert remarks == [("left", PAD_SILENT, 450), ("left", 561)]
+    assert len(ended) == 1
 
 
 def test_signals_and_taxels_on_no_grid_are_watched() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import socket
 import threading
 import time
@@ -18,6 +19,7 @@ from hypothesis import strategies as st
 from tests.live_reading import read_on, read_some
 from tests.live_scripted import wait_until
 from tests.live_servers import Hangup, SocketServer
+from websockets.utils import accept_key
 
 from benchmarks._silent_servers import silent_web_socket
 from varishold.errors import InputError, LostSourceError
@@ -212,6 +214,31 @@ def test_a_message_may_be_longer_on_its_way_than_a_silence_lasts(monkeypatch: py
             read_on(source)
         source.close()
     assert one.pads["pad"].tolist() == [[1, 2], [3, 4]]
+
+
+def test_a_message_that_never_ends_is_given_up() -> None:
+    def flood(server: socket.socket) -> None:
+        peer, _ = server.accept()
+        with peer, suppress(OSError):
+            key = re.search(rb"Sec-WebSocket-Key: (\S+)", peer.recv(4096), re.IGNORECASE)
+            assert key is not None
+            accepted = accept_key(key[1].decode())
+            peer.sendall(b"HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n")
+            peer.sendall(f"Sec-WebSocket-Accept: {accepted}\r\n\r\n".encode())
+            piece = b"\x7f" + (1 << 20).to_bytes(8, "big") + bytes(1 << 20)
+            peer.sendall(b"\x02" + piece)
+            while True:
+                peer.sendall(b"\x00" + piece)
+
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        sending = threading.Thread(target=flood, args=(server,), daemon=True)
+        sending.start()
+        source = source_at(f"ws://127.0.0.1:{server.getsockname()[1]}")
+        source.open()
+        with pytest.raises(LostSourceError, match="message too big"):
+            read_on(source)
+        source.close()
+        sending.join()
 
 
 def test_a_server_with_nothing_to_say_is_not_lost(monkeypatch: pytest.MonkeyPatch) -> None:

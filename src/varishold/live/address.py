@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from urllib.parse import parse_qsl
 
 from varishold.errors import InputError
@@ -113,7 +114,8 @@ def parse_address(text: str) -> Address:
     """
     kind, colon, rest = text.partition(":")
     if not colon or not kind:
-        raise InputError(f"{text!r} is no address of a source; write what it is first, as in serial:{text or 'PORT'}")
+        meant = f"replay:{text}" if Path(text).is_file() else f"serial:{text or 'PORT'}"
+        raise InputError(f"{text!r} is no address of a source; write what it is first, as in {meant}")
     place, _, query = rest.partition("?")
     try:
         pairs = parse_qsl(query, keep_blank_values=True, strict_parsing=True) if query else []

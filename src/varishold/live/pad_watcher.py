@@ -368,6 +368,8 @@ def _bad(word: Word, taxels: NDArray[np.bool_] | None) -> list[BadTaxel]:
 def _mask(shape: tuple[int, int], but: tuple[int, ...]) -> NDArray[np.bool_]:
     """Return a mask that is True but at some places, which count row by row."""
     mask = np.ones(shape, np.bool_)
+    if but and not 0 <= min(but) <= max(but) < mask.size:
+        raise InputError(f"places of taxels must be 0 to {mask.size - 1}, got {min(but)} to {max(but)}")
     mask.flat[list(but)] = False
     return mask
 

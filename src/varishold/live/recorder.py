@@ -15,6 +15,7 @@ from varishold.live.sample import PadLayout, Sample
 from varishold.live.sample_file import Limits, SampleFile, Tally, sample_file
 from varishold.live.source import Source, damage_of, damaged_of, overrun_of
 from varishold.live.stream import Stream
+from varishold.live.taken import taken
 
 __all__ = ["Recorder"]
 
@@ -247,7 +248,7 @@ class _Read:
             self.source.open()
             self._opened = True
         try:
-            return self.source.read(_LOOK_S), False
+            return taken(self.source, _LOOK_S), False
         except EndOfSourceError:
             return [], True
 

@@ -14,6 +14,7 @@ from varishold.live.health import StreamHealth
 from varishold.live.retry_wait import RetryWait
 from varishold.live.sample import PadLayout, Sample
 from varishold.live.source import Source, damage_of, damaged_of, overrun_of
+from varishold.live.taken import as_source, taken
 
 __all__ = ["Change", "Reader", "State", "Stream", "batches_of", "samples_of"]
 
@@ -189,8 +190,6 @@ class Stream:
     def _put(self, samples: list[Sample]) -> None:
         for sample in samples:
             self.health.add(sample)
-            for values in sample.pads.values():
-                values.flags.writeable = False
         with self._news:
             for sample in samples:
                 if len(self._ring) < self._keep:
@@ -232,7 +231,7 @@ class Stream:
     def _read_on(self) -> None:
         self._become("open")
         while not self._unwanted.is_set():
-            if came := self._source.read(_LOOK_S):
+            if came := taken(self._source, _LOOK_S):
                 self._put(came)
 
 
@@ -311,10 +310,11 @@ def samples_of(source: Source) -> Iterator[Sample]:
 
 def batches_of(source: Source) -> Iterator[list[Sample]]:
     """Yield what every reading of a source brings, which may be nothing; otherwise as `samples_of`."""
+    source = as_source(source)
     try:
         source.open()
         while True:
-            yield source.read(_LOOK_S)
+            yield taken(source, _LOOK_S)
     except EndOfSourceError:
         return
     finally:

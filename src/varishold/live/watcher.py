@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
+from varishold.live.pad_silence import PAD_SILENT, PadSilence
 from varishold.live.pad_watcher import PadWatcher, SeenPad, grid_of
 from varishold.live.press_keeper import KeptPress, PressKeeper
 from varishold.live.press_namer import NamedPress, PressNamer
@@ -110,6 +111,7 @@ class Watcher:
         self._clock = SteadyTime()
         self._pads: dict[str, PadWatcher] = {}
         self._newest: dict[str, SeenPad] = {}
+        self._silence = PadSilence()
         self._keeper = PressKeeper()
         self._namer: PressNamer | None = None
         self._believer: PressBeliever | None = None
@@ -191,6 +193,10 @@ class Watcher:
         self._next = number + 1
         time_s = self._clock.time_s(sample)
         pads = {name: self._pad(name, raw).see(time_s, raw) for name, raw in sample.pads.items()}
+        fallen, back = self._silence.look(time_s, pads)
+        # What is told of a silent pad is over.
+        pads |= {name: replace(pads[name], is_news=True) for name in back}
+        pads |= {name: self._silent(name, time_s) for name in fallen}
         self._newest |= pads
         ended, named = self._press(time_s)
         return Seen(number, time_s, sample, pads, ended, named)
@@ -232,6 +238,8 @@ class Watcher:
         self.close()
 
     def _pad(self, name: str, raw: NDArray[Any]) -> PadWatcher:
+        if raw.dtype.kind not in "biuf" or raw.ndim not in (1, 2):
+            raise InputError(f"pad {name!r} must be numbers of one or two dimensions, got {raw.dtype} of {raw.shape}")
         known = self._pads.get(name)
         if known is None or known.shape != grid_of(raw.shape):
             # A pad that comes in another shape is another pad.
@@ -244,6 +252,15 @@ class Watcher:
             felt = {name: pad.field for name, pad in self._pads.items() if pad.layout.kind == "pressure"}
             self._keeper.begin_anew(felt, self._scale())
         return known
+
+    def _silent(self, name: str, time_s: float) -> SeenPad:
+        """Return a pad that comes no more: nothing is known to touch it."""
+        last, nothing = self._newest[name], np.zeros_like(self._newest[name].frame)
+        remarks = (*last.remarks, PAD_SILENT)
+        events = self._pads[name].end(time_s)
+        return replace(
+            last, zeroed=nothing, frame=nothing, tracks=(), events=events, zeroings=(), remarks=remarks, is_news=True
+        )
 
     def _scale(self) -> SensorScale:
         """Return the unit of presses, where all pads say one, and how far taxels are apart, as far as it is known."""

@@ -12,6 +12,7 @@ from varishold.live.since import since
 from varishold.live.source import Source, damage_of, damaged_of
 from varishold.live.sources import source_at
 from varishold.live.stream import Change, State, Stream, batches_of
+from varishold.live.taken import as_source
 from varishold.live.watcher import Seen, Watcher
 from varishold.touch.tracking.event import Event
 
@@ -79,7 +80,7 @@ def watch(
     >>> last.number, kinds[0], kinds[-1]
     (400, 'touched', 'released')
     """
-    source = source_at(source) if isinstance(source, str) else source
+    source = source_at(source) if isinstance(source, str) else as_source(source)
 
     def told(seen: Seen) -> Seen:
         if on_event is not None:

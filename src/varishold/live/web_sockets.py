@@ -174,7 +174,9 @@ class WebSocket:
         take = connection.protocol.receive_data
 
         def receive_data(data: bytes | bytearray) -> None:
-            self._byte_s = time.monotonic()
+            # What comes behind a fault of the peer's is thrown away.
+            if connection.protocol.parser_exc is None:
+                self._byte_s = time.monotonic()
             take(data)
 
         connection.protocol.receive_data = receive_data  # type: ignore[method-assign]
