@@ -15,6 +15,7 @@ from varishold.frame.health_report import BadTaxel, HealthReport, Word
 from varishold.frame.noise import ROUNDING
 from varishold.frame.running_flicker import RunningFlicker
 from varishold.frame.running_health import TaxelHealth
+from varishold.frame.running_open_line import RunningOpenLine
 from varishold.frame.running_sign import RunningSign
 from varishold.frame.running_silence import RunningSilence
 from varishold.frame.running_spoilt import RunningSpoilt
@@ -172,6 +173,7 @@ class PadWatcher:
         self._silence = RunningSilence(usable, rises=rises)
         self._spoilt = RunningSpoilt(usable)
         self._flicker = RunningFlicker(usable)
+        self._line = RunningOpenLine(usable)
         self._faults = PadFaults(usable, self.zero, self.health, rises=rises, way_is_told=is_told)
         self._tracker = ContactTracker(pad=name, pascals_per_unit=pascals_per_unit(self.unit))
         self._last_zeroing: Zeroing | None = None
@@ -216,7 +218,13 @@ class PadWatcher:
                     frame = frame if wrong is None else np.where(wrong, 0.0, frame)
             events = self._tracker.update(time_s, contacts, frame)
             found = {"tracks": self._tracks(), "events": tuple(events), "sigma": sigma, "works": works}
-        words = (*self._sign.words(), *self._spoilt.words(), *self._flicker.words(), *self._faults.words())
+        words = (
+            *self._sign.words(),
+            *self._spoilt.words(),
+            *self._flicker.words(),
+            *self._line.words(),
+            *self._faults.words(),
+        )
         remarks = (*words, _SILENT) if silent else words
         is_news, self._remarks = remarks != self._remarks, remarks
         return SeenPad(
@@ -239,7 +247,8 @@ class PadWatcher:
         upright = self._upright(shown)
         if self.layout.kind != "pressure" or self.zero.state == "starting":
             return upright
-        return self._flicker.update(time_s, upright, self.zero.baseline, self._sigma())
+        rest, sigma = self.zero.baseline, self._sigma()
+        return self._flicker.update(time_s, self._line.update(time_s, upright, rest, sigma), rest, sigma)
 
     @property
     def wrong_way(self) -> str | None:
@@ -277,7 +286,8 @@ class PadWatcher:
     def _believed(self, beyond: NDArray[np.bool_] | None) -> NDArray[np.bool_] | None:
         """Return which taxels are believed in this reading; None where all are, or none is."""
         works = None if self._all_sound else self.sound
-        for wrong in (self.zero.wrong, beyond, self._faults.broken, self._faults.stuck, self._flicker.flickering):
+        faults, moves = self._faults, self._flicker.flickering
+        for wrong in (self.zero.wrong, beyond, faults.broken, faults.stuck, moves, self._line.open):
             if wrong is not None:
                 works = (self.sound if works is None else works) & ~wrong
         return None if works is None or not works.any() else works
