@@ -17,6 +17,7 @@ from tests.live_scripted import wait_until
 from benchmarks._skin_senders import SENDERS, Frame, frames_of
 from varishold.errors import InputError, LostSourceError
 from varishold.live import Reader, Sample, Source, Stream, source_at
+from varishold.live.recorder import Recorder
 from varishold.live.sources import serial_port
 
 pytest.importorskip("serial", reason="needs pyserial")
@@ -201,6 +202,21 @@ def test_what_is_no_frame_is_told(cable: Cable, monkeypatch: pytest.MonkeyPatch)
     finally:
         source.close()
         source.close()
+
+
+def test_a_recording_that_ends_without_a_whole_frame_says_what_came(cable: Cable, tmp_path: Path) -> None:
+    def some_bytes() -> None:
+        time.sleep(0.3)
+        cable.write(b"\xaa\x55" + bytes(30))
+
+    out = tmp_path / "a.mcap"
+    source = source_at(f"serial:{cable.port}?preset=flexitac")
+    sending = threading.Thread(target=some_bytes)
+    sending.start()
+    with Recorder(Stream(source).start(), out) as recorder:
+        wait_until(lambda: recorder.damage == "32 bytes came and no whole frame in them")
+    sending.join()
+    assert not out.exists()
 
 
 def test_a_port_in_use_is_told(cable: Cable) -> None:

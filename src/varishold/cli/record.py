@@ -88,8 +88,9 @@ def record(
             recorder.mark(label)
         _wait(recorder, stream, limits, stop)
     if not recorder.tally.samples:
-        words = f": {stream.words}" if stream is not None and stream.words else ""
-        raise LostSourceError(f"{source}: nothing came{words}; {out} is not written")
+        told = "" if stream is None else stream.words
+        words = recorder.damage or f"nothing came{': ' * bool(told)}{told}"
+        raise LostSourceError(f"{source}: {words}; {out} is not written")
     if written != out:
         _convert(written, out)
     _tell(recorder, out, json=json)

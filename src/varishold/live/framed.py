@@ -39,6 +39,7 @@ class FramedBytes:
         checked = any(packet.checksum is not None for packet in framing.packets)
         self._remedy = f"is it another preset, shape{', checksum' * checked} or baud?"
         self._patience = max(_PATIENCE, 3 * sum(packet.size for packet in framing.packets))
+        self._any = False
         self.restart()
 
     @property
@@ -55,6 +56,11 @@ class FramedBytes:
     def damage(self) -> str:
         """What was wrong with the newest of it; empty where that is not known."""
         return self._decoder.damage
+
+    @property
+    def unframed(self) -> str:
+        """That bytes came and never a whole frame, in words; empty where one did, or nothing."""
+        return "" if self._any or not self._bytes else f"{counted(self._bytes, 'byte')} came and no whole frame in them"
 
     def restart(self) -> None:
         """Begin anew: what comes next has nothing to do with what came."""
@@ -78,7 +84,7 @@ class FramedBytes:
         host_time_s = time.time()
         readings = self._decoder.feed(data)
         if readings:
-            self._bytes = 0
+            self._bytes, self._any = 0, True
         elif data:
             if self._bytes == 0:
                 self._since_s = time.monotonic()

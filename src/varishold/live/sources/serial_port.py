@@ -65,6 +65,11 @@ class SerialPort:
         """How often something was not as it should be."""
         return self._framed.damaged
 
+    @property
+    def damage(self) -> str:
+        """What was wrong with the newest of it, or that no frame came in all that did."""
+        return self._framed.damage or self._framed.unframed
+
     def open(self) -> None:
         self.close()
         self._framed.restart()
