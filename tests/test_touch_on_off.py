@@ -87,6 +87,29 @@ def test_a_narrow_pad_is_sure_of_no_form(shape: tuple[int, int]) -> None:
         assert any("shows no form surely" in reason for reason in surface.reasons)
 
 
+@pytest.mark.parametrize("tip", [(2, 1), (2, 2), (3, 2), (3, 3)])
+def test_a_part_of_a_pad_that_stands_apart_is_sure_of_no_form_where_it_is_narrow(tip: tuple[int, int]) -> None:
+    field = np.zeros((16, 16), np.bool_)
+    field[6:, 2:12] = True
+    field[: tip[0], 4 : 4 + tip[1]] = True
+    rng = np.random.default_rng(0)
+    frame = rng.normal(0, 0.01, field.shape)
+    frame[: tip[0], 4 : 4 + tip[1]] += rng.uniform(0.5, 1.0, tip)
+    surface = recognize(find_contacts(frame, field=field)[0])
+    assert surface.probability <= 0.55 + 1e-9
+    assert any(f"{min(tip)} taxel" in reason and "shows no form surely" in reason for reason in surface.reasons)
+
+
+def test_a_broad_part_of_a_pad_is_as_sure_beside_a_narrow_one_as_without() -> None:
+    whole = np.pad(OUTLINES["round"], ((6, 0), (0, 0)))
+    frame = whole + np.random.default_rng(0).normal(0, 0.01, whole.shape)
+    field = np.ones(whole.shape, np.bool_)
+    field[2:4] = False
+    surface = recognize(find_contacts(frame, field=field)[0])
+    assert surface.name == "cylinder"
+    assert surface.probability > 0.9
+
+
 def test_a_pillar_under_taxels_that_have_noise_stays_sure() -> None:
     rng = np.random.default_rng(0)
     for frame in (

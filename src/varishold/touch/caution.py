@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -26,6 +27,7 @@ __all__ = [
     "Limit",
     "cautious",
     "ends_flat",
+    "lines_across",
     "no_surer",
     "told_unknown",
     "unsure_of_plane",
@@ -79,7 +81,7 @@ class Limit(NamedTuple):
     most : float
         How sure a name may be then.
     says : str
-        The reason; ``{across}`` is how many taxels the pad has across.
+        The reason; ``{across}`` is how many taxels the pad, or its part that is pressed, has across.
     outline : bool
         Whether the outline shows all the same, so that only its forms share what the name loses.
     unknown : bool
@@ -106,9 +108,18 @@ def cautious(surface: Surface, seen: Contact) -> Surface:
     return surface
 
 
-def narrow(surface: Surface, _: Contact) -> bool:
-    """Tell whether a pad has so few rows or columns that nobody knows what is beyond."""
-    return min(surface.contact.shape) < FEWEST_LINES
+def narrow(_: Surface, seen: Contact) -> bool:
+    """Tell whether a pad, or its part that is pressed, has so few rows or columns that nobody knows what is beyond."""
+    return lines_across(seen) < FEWEST_LINES
+
+
+def lines_across(contact: Contact) -> int:
+    """Return the fewer of rows and columns of the part of the pad that a contact's peak is on, as of one fingertip."""
+    if not contact.frame.has_gaps:
+        return min(contact.shape)
+    part = _parts_of(contact.field.tobytes(), contact.shape)
+    own = part == part[contact.peak_taxel]
+    return min(int(np.count_nonzero(own.any(axis=axis))) for axis in (0, 1))
 
 
 def crooked(surface: Surface, seen: Contact) -> bool:
@@ -208,7 +219,12 @@ def lost_in_a_hole(_: Surface, seen: Contact) -> bool:
 
 #: Each is asked for in this order, and the first that holds limits the name.
 LIMITS = (
-    Limit(narrow, _ONE_OF_SEVERAL, "a pad of {across} across shows no form surely", unknown=True),
+    Limit(
+        narrow,
+        _ONE_OF_SEVERAL,
+        "a pad, or a part of it that stands apart, of {across} across shows no form surely",
+        unknown=True,
+    ),
     Limit(
         crooked,
         _ONE_OF_SEVERAL,
@@ -298,6 +314,15 @@ def unsure_of_top(surface: Surface) -> Surface:
     if contact.state.saturated > _MOST_SATURATED.get(surface.form, 1.0) * contact.n_taxels:
         return no_surer(surface, _FLAT_AT_END)
     return surface
+
+
+@lru_cache(maxsize=16)
+def _parts_of(field: bytes, shape: tuple[int, int]) -> NDArray[np.int32]:
+    """Return the number of the part of the field that each taxel is on; those that touch at a corner are on one."""
+    from scipy import ndimage
+
+    parts: NDArray[np.int32] = ndimage.label(np.frombuffer(field, np.bool_).reshape(shape), np.ones((3, 3)))[0].astype(np.int32)
+    return parts
 
 
 def _in_squares(where: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from varishold._counted import counted
 from varishold.kernel import address, bind, work_space
 from varishold.levelset.second_moments import principal_moments
-from varishold.touch.caution import LIMITS
+from varishold.touch.caution import LIMITS, lines_across
 from varishold.touch.decision import Parameters
 from varishold.touch.names import KINDS, NAMES, SECTIONS
 from varishold.touch.scale import bridged
@@ -160,7 +160,7 @@ def _cautions(surface: Surface) -> list[str]:
     contact = surface.contact
     seen = bridged(contact) if contact.frame.has_gaps else contact
     held = [limit for limit in LIMITS if limit.holds(surface, seen)]
-    said += [limit.says.format(across=counted(min(contact.shape), "taxel")) for limit in held]
+    said += [limit.says.format(across=counted(lines_across(seen), "taxel")) for limit in held]
     taxels = surface.area / surface.contact.taxel_area
     across = surface.breadths(surface.lowest)[1] / math.sqrt(surface.contact.taxel_area)
     if across < _FEW_ACROSS and (surface.name == "unknown" or surface.probability < _LIKELY):
