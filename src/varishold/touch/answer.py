@@ -10,7 +10,7 @@ import numpy as np
 
 from varishold._cached import cached_property
 from varishold.touch.surface import Sides, Surface
-from varishold.touch.top import top_height
+from varishold.touch.top import rest_reach, top_height
 
 __all__ = ["Answer"]
 
@@ -97,9 +97,19 @@ class Answer:
     def _lowest_size(self) -> tuple[float, float]:
         return self.surface.size_of(height_map=self._is_height_map)
 
-    @property
+    @cached_property
     def _lowest_interval(self) -> Sides:
-        return self.surface.size_interval_of(height_map=self._is_height_map)
+        """Return the lowest section's intervals, wider as the rest of a height map is uneven and sides slope."""
+        surface = self.surface
+        long, short = surface.size_interval_of(height_map=self._is_height_map)
+        reach = rest_reach(surface.contact) if self._is_height_map else 0.0
+        above, threshold = surface.nearest(_ABOVE_SKIRT), surface.profile.threshold
+        risen = float(threshold[above] - threshold[surface.lowest])
+        if not 0 < reach or not 0 < risen:
+            return long, short
+        grown = zip(surface.breadths(surface.lowest), surface.breadths(above), strict=True)
+        wider = [abs(low - high) * reach / risen for low, high in grown]
+        return _widened(long, wider[0]), _widened(short, wider[1])
 
     @cached_property
     def _skirt(self) -> tuple[tuple[float, float], Sides] | None:
@@ -264,6 +274,13 @@ class Answer:
             "sensor": self.sensor,
             "frame_notes": list(self.frame_notes),
         }
+
+
+def _widened(interval: tuple[float, float], by: float) -> tuple[float, float]:
+    """Return an interval that holds as often what is off by so much beside."""
+    middle, half = (interval[0] + interval[1]) / 2, (interval[1] - interval[0]) / 2
+    half = math.hypot(half, by)
+    return max(middle - half, 0.0), middle + half
 
 
 def _radius_of(depth: float, breadth: float) -> float:

@@ -321,8 +321,8 @@ def _parts_of(field: bytes, shape: tuple[int, int]) -> NDArray[np.int32]:
     """Return the number of the part of the field that each taxel is on; those that touch at a corner are on one."""
     from scipy import ndimage
 
-    parts: NDArray[np.int32] = ndimage.label(np.frombuffer(field, np.bool_).reshape(shape), np.ones((3, 3)))[0].astype(np.int32)
-    return parts
+    parts, _ = ndimage.label(np.frombuffer(field, np.bool_).reshape(shape), np.ones((3, 3)))
+    return np.asarray(parts, np.int32)
 
 
 def _in_squares(where: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -1,7 +1,8 @@
 """The height of a form's top on a height map: taxels average it away where it is pointed, and noise lifts the highest.
 
 A flat top is the mean of what lies within the reach of noise below the highest taxel. Where sections shrink to a point
-or a line, the law by which their areas grow is followed up to an area of zero.
+or a line, the law by which their areas grow is followed up to an area of zero. Where the rest is uneven nobody knows
+where the height of zero lies.
 """
 
 from __future__ import annotations
@@ -10,11 +11,13 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 if TYPE_CHECKING:
+    from varishold.levelset.contact import Contact
     from varishold.touch.surface import Surface
 
-__all__ = ["top_height"]
+__all__ = ["rest_reach", "top_height"]
 
 # Shares of the way down from the highest taxel between which areas are followed, least area (taxels), fewest sections.
 _FROM, _TO, _LEAST_TAXELS, _FEWEST = 0.12, 0.9, 3.0, 5
@@ -48,6 +51,15 @@ _LAW: dict[str, tuple[float, int, float]] = {
     "hip": (1.0, 2, 0.0),
     "lying cylinder": (2.0, 2, 0.0),
 }
+# A ball's area, and the square of that of a lying cylinder, are of second degree in the height, however deep it goes.
+# On fewer taxels across, their blur bends that, and lower down a gel's skirt does.
+_ROUND, _ROUND_ACROSS, _ROUND_TO = {"sphere": 1, "lying cylinder": 2}, 8.0, 0.7
+# A top is no farther above or below the highest taxel than this share of the height.
+_FARTHEST = 0.3
+# The rest is uneven where it is off zero by so many times what noise tells; half of what holds 90 % of that, in its
+# standard deviation, and so many taxels tell it.
+_UNEVEN, _HOLDS, _ENOUGH = 1.25, 1.64, 1 << 13
+_SIGMA_OF_MEDIAN = 1.4826
 
 
 def top_height(surface: Surface) -> tuple[float, float]:
@@ -66,10 +78,11 @@ def top_height(surface: Surface) -> tuple[float, float]:
     contact = surface.contact
     in_sigma, in_taxels = _HALF.get(surface.name, _OTHER)
     steep = (contact.peak - contact.floor) / math.sqrt(max(surface.area / contact.taxel_area, 1.0))
-    half = max(in_sigma * contact.sigma, in_taxels * steep)
+    uneven = rest_reach(contact)
+    half = math.hypot(max(in_sigma * contact.sigma, in_taxels * steep), uneven)
     if surface.name not in _LAW:
-        values = contact.values[contact.mask]
-        return float(values[values >= contact.peak - _REACH * contact.sigma].mean()), half
+        values, reach = contact.values[contact.mask], _REACH * math.hypot(contact.sigma, uneven / _HOLDS)
+        return float(values[values >= contact.peak - reach].mean()), half
     profile = contact.profile
     down = (contact.peak - profile.threshold) / (contact.peak - contact.floor)
     area = profile.area / contact.taxel_area
@@ -77,6 +90,28 @@ def top_height(surface: Surface) -> tuple[float, float]:
     if np.count_nonzero(seen) < _FEWEST or any(contact.borders) or not contact.field[contact.window].all():
         # Where a part is hidden, areas do not follow the law.
         return contact.peak, half
+    across = surface.breadths(surface.lowest)[1] / math.sqrt(contact.taxel_area)
+    upper = seen & (down < _ROUND_TO)
+    if surface.name in _ROUND and across >= _ROUND_ACROSS and np.count_nonzero(upper) >= _FEWEST:
+        above = _zero_near_top(down[upper], area[upper] ** _ROUND[surface.name])
+        return contact.peak - above * (contact.peak - contact.floor), half
     exponent, degree, taken = _LAW[surface.name]
     grows = (area[seen] + taken * _BLUR) ** exponent
     return float(np.polynomial.polynomial.polyfit(grows, profile.threshold[seen], degree)[0]), half
+
+
+def _zero_near_top(down: NDArray[np.float64], grows: NDArray[np.float64]) -> float:
+    """Return where a parabola through what grows with the way down from the highest taxel is zero; 0 where nowhere."""
+    zeros = np.polynomial.Polynomial.fit(down, grows, 2).roots()
+    real = zeros[np.isreal(zeros)].real
+    near = real[np.abs(real) < _FARTHEST]
+    return float(near[np.abs(near).argmin()]) if near.size else 0.0
+
+
+def rest_reach(contact: Contact) -> float:
+    """Return half of what holds 90 % of how far the rest beside all contacts is off zero, beyond what noise tells."""
+    frame, inner = contact.frame, slice(1, -1, max(math.isqrt(math.prod(contact.shape) // _ENOUGH), 1))
+    values = frame.padded[inner, inner]
+    rest = values[(frame.label[inner, inner] < 0) & (values > -np.inf)]
+    off = _SIGMA_OF_MEDIAN * float(np.median(np.abs(rest))) if rest.size else 0.0
+    return _HOLDS * math.sqrt(off**2 - contact.sigma**2) if off > _UNEVEN * contact.sigma else 0.0
