@@ -250,6 +250,21 @@ def test_what_npy_leaves_open_is_noted(tmp_path: Path) -> None:
     assert "x, y, z of 3 taxels" in read(tmp_path / "b.npy").notes[0]
 
 
+def test_npy_taxels_that_are_no_numbers_are_broken(tmp_path: Path) -> None:
+    frames = FRAMES.astype(np.float32)
+    frames[:, 0, 1] = np.nan
+    np.save(tmp_path / "a.npy", frames)
+    recording = read(tmp_path / "a.npy")
+    works = np.ones(frames.shape[1:], np.bool_)
+    works[0, 1] = False
+    assert np.array_equal(recording.pads["pad"].usable, works)
+    assert recording.notes[-1] == "1 taxel is no number in the first frame and the last: taken as broken"
+    frames[0, 1, 1] = np.nan
+    np.save(tmp_path / "a.npy", frames)
+    with pytest.raises(FormatError, match=r"got nan at \(row, col\) = \(1, 1\) of frame 0"):
+        read(tmp_path / "a.npy")
+
+
 def test_npy_is_mapped_and_not_loaded(tmp_path: Path) -> None:
     np.save(tmp_path / "a.npy", FRAMES)
     base = read(tmp_path / "a.npy").pads["pad"].frames

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._counted import counted
 from varishold.errors import FormatError
 from varishold.files import read_npy
 from varishold.recording.formats.format import Format, Options, read_by, shape_error
@@ -27,8 +28,20 @@ def _recognizes(path: Path, head: bytes) -> bool:
 
 def _open(path: Path, options: Options) -> Stored:
     frames, notes = _frames(path, read_npy(path), options)
-    pad = StoredPad(frames, pitch_m=options.pitch_m, polarity=options.polarity)
-    return Stored({UNNAMED_PAD: pad}, source=str(path), notes=notes)
+    valid, said = _without_gaps(frames)
+    pad = StoredPad(frames, valid=valid, pitch_m=options.pitch_m, polarity=options.polarity)
+    return Stored({UNNAMED_PAD: pad}, source=str(path), notes=(*notes, *said))
+
+
+def _without_gaps(frames: NDArray[Any]) -> tuple[NDArray[np.bool_] | None, tuple[str, ...]]:
+    """Return which taxels work, and what to say: one that is no number at both ends is broken, as in CSV."""
+    if frames.dtype.kind != "f" or not len(frames):
+        return None, ()
+    none = np.isnan(frames[0]) & np.isnan(frames[-1])
+    if not none.any() or none.all():
+        return None, ()
+    which = counted(int(np.count_nonzero(none)), "taxel is no number", "taxels are no numbers")
+    return ~none, (f"{which} in the first frame and the last: taken as broken",)
 
 
 def _frames(path: Path, array: NDArray[Any], options: Options) -> tuple[NDArray[Any], tuple[str, ...]]:
