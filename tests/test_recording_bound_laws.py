@@ -68,10 +68,10 @@ def test_so_many_objects_of_hdf5_are_looked_at(tmp_path: Path) -> None:
     path = tmp_path / "a.h5"
     space, kind = h5py.h5s.create(h5py.h5s.SCALAR), h5py.h5t.NATIVE_UINT8
     with h5py.File(path, "w", libver="latest") as file:
-        for k in range(4096):
+        for k in range(16384):
             h5py.h5d.create(file.id, b"%d" % k, kind, space)
     opened = Hdf5File(path)
-    assert len(opened.datasets) == 4096
+    assert len(opened.datasets) == 16384
     opened.close()
     with h5py.File(path, "r+", libver="latest") as file:
         h5py.h5d.create(file.id, b"more", kind, space)
@@ -259,7 +259,7 @@ def test_zarr_is_looked_into_eight_groups_deep(tmp_path: Path, depth: int, fits:
         refused(lambda: groups.datasets, f"{path}: holds groups within more than 8 others, or too many")
 
 
-@pytest.mark.parametrize(("many", "fits"), [(4096, True), (4097, False)])
+@pytest.mark.parametrize(("many", "fits"), [(16384, True), (16385, False)])
 def test_so_many_objects_of_zarr_are_looked_at(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, many: int, fits: bool
 ) -> None:

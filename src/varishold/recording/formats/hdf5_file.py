@@ -33,7 +33,7 @@ __all__ = ["WIDTH", "Dataset", "Hdf5File", "plain_text"]
 WIDTH = "characters"
 
 # Groups within groups, and objects, that are looked at.
-_DEEPEST, _MOST_OBJECTS = 8, 1 << 16
+_DEEPEST, _MOST_OBJECTS = 8, 1 << 14
 # Bytes of an array that is no column, and of a chunk that is packed.
 _SMALL, _LARGEST_CHUNK = 1 << 26, 1 << 26
 # A dataset of so many times the bytes of its file holds nothing measured, if it is larger than this.

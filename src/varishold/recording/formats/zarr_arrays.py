@@ -21,7 +21,7 @@ from varishold.recording.formats.zarr_store import Store
 __all__ = ["ZarrArray", "ZarrGroups"]
 
 # Bytes of what an array says of itself; groups within groups; what is looked at.
-_MOST_SAID, _DEEPEST, _MOST_OBJECTS = 1 << 24, 8, 1 << 16
+_MOST_SAID, _DEEPEST, _MOST_OBJECTS = 1 << 24, 8, 1 << 14
 # Bytes of an array that is no column, and of a piece; pieces of an array; bytes that are kept of the pieces read last.
 _SMALL, _LARGEST_PIECE, _MOST_PIECES, _KEPT = 1 << 26, 1 << 26, 1 << 22, 1 << 26
 # An array of so many times the bytes of its pieces holds nothing measured, if it is larger than this.
