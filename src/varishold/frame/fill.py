@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -9,7 +11,7 @@ from varishold.errors import InputError
 from varishold.frame.checks import as_floats, as_usable
 from varishold.kernel import address, bind, work_space
 
-__all__ = ["fill_invalid", "fill_taxels"]
+__all__ = ["fill_invalid", "fill_taxels", "filled_above_rest"]
 
 _fill = bind("vh_fill", "pppiip", "i")
 _fill_work = bind("vh_fill_work", "ii", "z")
@@ -77,3 +79,27 @@ def fill_invalid(frame: ArrayLike, valid: ArrayLike, field: ArrayLike | None = N
         raise InputError(f"all {np.count_nonzero(inside)} taxels are broken: nothing to fill from")
     fill_taxels(filled, usable, inside)
     return filled
+
+
+def filled_above_rest(
+    values: NDArray[Any], wrong: NDArray[np.bool_], rest: NDArray[np.float64], usable: NDArray[np.bool_]
+) -> NDArray[Any]:
+    """Return a reading of which wrong taxels rest as they did, and rise as those beside them do.
+
+    Parameters
+    ----------
+    values : ndarray of shape (rows, cols), float or integer
+    wrong, usable : ndarray of shape (rows, cols), bool
+    rest : ndarray of shape (rows, cols), float64
+        What each taxel reads at rest.
+
+    Returns
+    -------
+    ndarray of shape (rows, cols)
+        The values themselves where no taxel is left to fill from.
+    """
+    good = ~wrong & np.isfinite(values)
+    if not (good & usable).any():
+        return values
+    filled = fill_invalid(np.where(good, values - rest, 0.0), good, usable) + rest
+    return np.where(wrong, filled, values)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.frame.fill import fill_invalid
+from varishold.frame.fill import filled_above_rest
 from varishold.frame.health import taxels_in_words
 from varishold.frame.neighbours import largest_around, whole_lines
 from varishold.frame.sticking import ALONE, SIGMAS, most_sticking
@@ -94,13 +94,7 @@ class RunningFlicker:
             with np.errstate(invalid="ignore", over="ignore"):
                 self._count(passed_s, values, self._last[1], rest, sigma)
         self._last = time_s, values
-        if self.flickering is None:
-            return values
-        good = ~self.flickering & np.isfinite(values)
-        if not (good & self._usable).any():
-            return values
-        filled = fill_invalid(np.where(good, values - rest, 0.0), good, self._usable) + rest
-        return np.where(self.flickering, filled, values)
+        return values if self.flickering is None else filled_above_rest(values, self.flickering, rest, self._usable)
 
     def words(self) -> tuple[str, ...]:
         """Return what flickers, in words; nothing where nothing does."""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.frame.fill import fill_invalid
+from varishold.frame.fill import filled_above_rest
 from varishold.frame.neighbours import whole_lines
 from varishold.frame.sticking import SIGMAS
 
@@ -81,11 +81,7 @@ class RunningOpenLine:
                 self._waited_s = 0.0
                 self.open = self._found(values, rest, sigma)
         self._last = time_s, values
-        if self.open is None:
-            return values
-        good = ~self.open & np.isfinite(values)
-        filled = fill_invalid(np.where(good, values - rest, 0.0), good, self._usable) + rest
-        return np.where(self.open, filled, values)
+        return values if self.open is None else filled_above_rest(values, self.open, rest, self._usable)
 
     def words(self) -> tuple[str, ...]:
         """Return which lines are open, in words; nothing where none is."""

@@ -21,7 +21,10 @@ from varishold.recording.formats.grouped_arrays import MARK, OF_PAD, GroupedArra
 from varishold.recording.formats.guessing import TIMES
 from varishold.recording.stored import Stored
 
-__all__ = ["Episodes", "in_episodes"]
+__all__ = ["CLOCK_GOES_ON", "Episodes", "in_episodes"]
+
+#: What is said where each episode has a clock of its own.
+CLOCK_GOES_ON = "the clock begins anew with each episode; time goes on from where the one before ended"
 
 # What tells the ends of episodes, and what groups of an episode each are called, before their number.
 _ENDS = "episode_ends"
@@ -71,17 +74,17 @@ class _Clock(Joined):
 
     @cached_property
     def _offsets(self) -> NDArray[np.float64]:
-        ends = [np.asarray(part[:], np.float64)[[0, -1]] for part in self.parts if part.shape[0]]
-        if all(before[1] < after[0] for before, after in itertools.pairwise(ends)):
-            return np.zeros(len(self.parts))
-        offsets, now = [], None
-        for part in self.parts:
-            times = np.asarray(part[:], np.float64)
-            offsets.append(0.0 if now is None or not times.size else now - times[0])
-            if times.size:
-                step = (times[-1] - times[0]) / (times.size - 1) if times.size > 1 else 1.0
-                now = offsets[-1] + times[-1] + step
-        return np.array(offsets)
+        spans = [_span(np.asarray(part[:], np.float64)) if part.shape[0] else None for part in self.parts]
+        known = [span for span in spans if span is not None]
+        offsets = np.zeros(len(spans))
+        if all(before[1] < after[0] for before, after in itertools.pairwise(known)):
+            return offsets
+        now = known[0][0]
+        for k, span in enumerate(spans):
+            if span is not None:
+                offsets[k] = now - span[0]
+                now = offsets[k] + span[2]
+        return offsets
 
     @property
     def begins_anew(self) -> bool:
@@ -90,6 +93,12 @@ class _Clock(Joined):
     def _part(self, k: int, first: int, last: int) -> NDArray[Any]:
         times: NDArray[np.float64] = super()._part(k, first, last).astype(np.float64) + self._offsets[k]
         return times
+
+
+def _span(times: NDArray[np.float64]) -> tuple[float, float, float]:
+    """Return the first of some times, the last, and what would be the next."""
+    first, last = float(times[0]), float(times[-1])
+    return first, last, last + ((last - first) / (times.size - 1) if times.size > 1 else 1.0)
 
 
 class Episodes:
@@ -200,26 +209,28 @@ def in_episodes(stored: Stored, episodes: Episodes) -> Stored:
     """Take episodes for presses, where they are told and nothing else says presses."""
     if stored.press is not None:
         return stored
-    fitting = [starts for starts in episodes.starts if starts[-1] == stored.n_frames]
-    if not fitting:
-        return _ended(stored, episodes)
-    press = np.repeat(np.arange(len(episodes.numbers)), np.diff(fitting[0]))
-    columns = {"episode": np.array(episodes.numbers), **episodes.columns}
-    notes = [f"each of {counted(len(episodes.numbers), 'episode')} is a press"]
+    columns = stored.press_columns
+    starts = next((each for each in episodes.starts if each[-1] == stored.n_frames), None)
+    if starts is not None:
+        columns = {"episode": np.array(episodes.numbers), **episodes.columns}
+    else:
+        starts = _told_starts(episodes)
+        if starts is None:
+            return stored
+        if len(starts) == 1 or (np.diff(starts) <= 0).any() or starts[-1] != stored.n_frames:
+            told = f"{_ENDS} does not end with the frames: passed over"
+            return dataclasses.replace(stored, notes=(*stored.notes, told))
+    n = len(starts) - 1
+    notes = [f"each of {counted(n, 'episode')} is a press"]
     if isinstance(stored.time_s, _Clock) and stored.time_s.begins_anew:
-        notes.append("the clock begins anew with each episode; time goes on from where the one before ended")
+        notes.append(CLOCK_GOES_ON)
+    press = np.repeat(np.arange(n), np.diff(starts))
     return dataclasses.replace(stored, press=press, press_columns=columns, notes=(*stored.notes, *notes))
 
 
-def _ended(stored: Stored, episodes: Episodes) -> Stored:
-    """Take the episodes whose ends are told."""
+def _told_starts(episodes: Episodes) -> NDArray[np.int64] | None:
+    """Return where episodes begin and the last one ends, where an array of their ends tells it."""
     ends = next((each for name, each in episodes.datasets.items() if name and name[-1] == _ENDS), None)
     if ends is None or len(ends.shape) != 1 or ends.dtype.kind not in "iu":
-        return stored
-    last = ends.small().astype(np.int64)
-    if not last.size or (np.diff(last, prepend=0) <= 0).any() or last[-1] != stored.n_frames:
-        return dataclasses.replace(stored, notes=(*stored.notes, f"{_ENDS} does not end with the frames: passed over"))
-    press = np.repeat(np.arange(last.size), np.diff(last, prepend=0))
-    return dataclasses.replace(
-        stored, press=press, notes=(*stored.notes, f"each of {counted(last.size, 'episode')} is a press")
-    )
+        return None
+    return np.concatenate([np.zeros(1, np.int64), ends.small().astype(np.int64)])

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from varishold._counted import counted
 from varishold.errors import FormatError
 from varishold.files import damage_told, possible_text
+from varishold.recording.formats.episodes import CLOCK_GOES_ON
 from varishold.recording.formats.parquet_column import opened_parquet
 from varishold.recording.formats.parquet_folder import FilesColumn
 
@@ -134,7 +135,7 @@ def episodes_of(path: Path, columns: Mapping[str, FilesColumn], fps: float, time
     presses = _Presses(np.array([run.start for run in runs]) * times, n_rows * times)
     notes = [f"each of {counted(len(runs), 'episode')} is a press, labelled by its task"]
     if offsets.any():
-        notes.append("the clock begins anew with each episode; time goes on from where the one before ended")
+        notes.append(CLOCK_GOES_ON)
     numbers, many = np.unique([run.number for run in runs], return_counts=True)
     if (many > 1).any():
         notes.append(f"episode {numbers[many > 1][0]} stands in two places, or more; each is a press")
