@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.frame.noise import MEDIAN_ABS_NORMAL
+
 if TYPE_CHECKING:
     from varishold.levelset.contact import Contact
     from varishold.touch.surface import Surface
@@ -59,7 +61,6 @@ _FARTHEST = 0.3
 # The rest is uneven where it is off zero by so many times what noise tells; half of what holds 90 % of that, in its
 # standard deviation, and so many taxels tell it.
 _UNEVEN, _HOLDS, _ENOUGH = 1.25, 1.64, 1 << 13
-_SIGMA_OF_MEDIAN = 1.4826
 
 
 def top_height(surface: Surface) -> tuple[float, float]:
@@ -113,5 +114,5 @@ def rest_reach(contact: Contact) -> float:
     frame, inner = contact.frame, slice(1, -1, max(math.isqrt(math.prod(contact.shape) // _ENOUGH), 1))
     values = frame.padded[inner, inner]
     rest = values[(frame.label[inner, inner] < 0) & (values > -np.inf)]
-    off = _SIGMA_OF_MEDIAN * float(np.median(np.abs(rest))) if rest.size else 0.0
+    off = float(np.median(np.abs(rest))) / MEDIAN_ABS_NORMAL if rest.size else 0.0
     return _HOLDS * math.sqrt(off**2 - contact.sigma**2) if off > _UNEVEN * contact.sigma else 0.0
